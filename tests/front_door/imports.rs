@@ -75,7 +75,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("telemetry", &[]),
     ("estimation", &[]),
     ("channels", &["estimation"]),
-    ("dynamics", &[]),
+    ("dynamics", &["estimation"]),
     ("catalogue", &["dynamics"]),
     ("plant-file", &["catalogue", "dynamics", "telemetry"]),
     ("simulation", &["channels", "dynamics"]),

@@ -42,9 +42,13 @@ pub fn challenge(folder: &Path, cases: u64, seed: u64) -> Value {
     Value::Object(by_case.collect())
 }
 
-/// Answer of `obsid diagnose` with these arguments.
+/// The whole object of `obsid diagnose` with these arguments.
 pub fn diagnosis(arguments: &[&str]) -> Value {
-    let found = object(&program(&[&["diagnose"], arguments, &["--json"]].concat()));
+    object(&program(&[&["diagnose"], arguments, &["--json"]].concat()))
+}
+
+/// Of a diagnosis the verdict and the effects.
+pub fn answer(found: &Value) -> Value {
     let effects = found["effects"].as_array().unwrap().iter().map(|one| {
         let parameters = one["parameters"].as_array().unwrap();
         effect(one, parameters.iter().map(|p| (p["name"].clone(), &p["value"], &p["sigma"])))

@@ -6,9 +6,11 @@
 //! that does so explains every line that changed.
 //!
 //! Public recordings are looked for in `OBSID_RECORDINGS`, then in `../shared/recordings`; their
-//! entries are skipped (said) without them.
+//! entries are skipped (said) without them. `laws` holds the same diagnoses against what the
+//! recordings' documentation says.
 
 mod answers;
+mod laws;
 mod recordings;
 mod store;
 
@@ -23,8 +25,8 @@ fn seeded_challenge_cases_are_answered_as_before() {
 
 #[test]
 fn public_recordings_are_answered_as_before() {
-    let answers = Recordings::find().map(|recordings| recordings.answers(&scratch("recordings")));
-    compare("recordings", answers);
+    let of = |(name, found): (&String, &Value)| (name.clone(), answers::answer(found));
+    compare("recordings", Recordings::diagnoses().map(|all| Value::Object(all.iter().map(of).collect())));
 }
 
 #[test]

@@ -1,10 +1,14 @@
 //! The public recordings, cut as the README cuts them.
 
 use crate::answers::{diagnosis, digest};
+use crate::store::scratch;
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock};
 
 /// The folder of the recordings.
 pub struct Recordings(PathBuf);
@@ -38,50 +42,74 @@ impl Recordings {
         Value::Object(digests)
     }
 
-    /// Answers to all of them; slices are written to `folder`.
-    pub fn answers(&self, folder: &Path) -> Value {
-        let slices = Slices { recordings: self, folder };
-        let mut answers = Map::new();
+    /// The diagnoses of all of them, by name, made once for every test that looks at them; `None`
+    /// (said) without recordings.
+    pub fn diagnoses() -> Option<&'static BTreeMap<String, Value>> {
+        static ALL: OnceLock<Option<BTreeMap<String, Value>>> = OnceLock::new();
+        ALL.get_or_init(|| Self::find().map(|recordings| recordings.diagnosed(&scratch("recordings")))).as_ref()
+    }
+
+    /// Slices are written to `folder`.
+    fn diagnosed(&self, folder: &Path) -> BTreeMap<String, Value> {
+        let jobs = self.jobs(&Slices { recordings: self, folder });
+        let (next, done) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
+        let work = || {
+            while let Some((name, arguments)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let arguments: Vec<&str> = arguments.iter().map(String::as_str).chain(["--threads", "1"]).collect();
+                let found = diagnosis(&arguments);
+                done.lock().unwrap().insert((*name).to_owned(), found);
+            }
+        };
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        std::thread::scope(|scope| (0..cores).for_each(|_| drop(scope.spawn(work))));
+        std::fs::remove_dir_all(folder).unwrap();
+        done.into_inner().unwrap()
+    }
+
+    /// Name and arguments of every diagnosis, the longest first.
+    fn jobs(&self, slices: &Slices<'_>) -> Vec<(&'static str, Vec<String>)> {
+        let pair = |rig_name: &str, fitted: String, held_out: String| {
+            vec![fitted, "--plant".to_owned(), rig(rig_name), "--held-out".to_owned(), held_out]
+        };
+        let mut jobs = vec![("friction damper", Self::friction_damper(slices))];
         let tenth =
             |begin: f64, end: f64| move |row: usize, t: f64, _: f64| row.is_multiple_of(10) && t >= begin && t < end;
         let swing = "multiarm_pendulum/single_free_swing.csv.gz";
         let (a, b) =
             (slices.cut(swing, "swing_a", tenth(0.05, 40.05)), slices.cut(swing, "swing_b", tenth(40.05, 54.9)));
-        answers.insert("pendulum".into(), diagnosis(&[&a, "--plant", &rig("single_pendulum"), "--held-out", &b]));
-        answers.insert("friction damper".into(), self.friction_damper(&slices));
+        jobs.push(("pendulum", pair("single_pendulum", a, b)));
         let before = |limit: f64| move |_: usize, first: f64, _: f64| first < limit;
         let step = "cubesat_adcs/step_response.csv";
         let (a, b) = (slices.cut(step, "step_a", before(45.0)), slices.cut(step, "step_b", |_, t, _| t >= 45.0));
-        answers.insert("cubesat".into(), diagnosis(&[&a, "--plant", &rig("cubesat_gyro_step"), "--held-out", &b]));
+        jobs.push(("cubesat", pair("cubesat_gyro_step", a, b)));
         let throw = "flatball_freeflight/throw_imu.csv";
         let (a, b) = (
             slices.cut(throw, "throw_a", |_, _, second| second < 1717.0),
             slices.cut(throw, "throw_b", |_, _, second| second >= 1717.0),
         );
-        answers.insert("thrown disc".into(), diagnosis(&[&a, "--plant", &rig("thrown_disc"), "--held-out", &b]));
+        jobs.push(("thrown disc", pair("thrown_disc", a, b)));
         for ball in BALLS {
             let [a, b] = [1.0, 2.0].map(|drop: f64| {
                 slices.cut(&format!("ball_drops/{ball}.csv"), &format!("{ball}_{drop}"), move |_, _, n| n == drop)
             });
-            answers.insert(ball.into(), diagnosis(&[&a, "--plant", &rig("ball_drop"), "--held-out", &b]));
+            jobs.push((ball, pair("ball_drop", a, b)));
         }
         let spectrum = self.path("cantilever_impulse_fft/impulse_spectrum.csv.gz");
-        answers.insert("cantilever".into(), diagnosis(&[&spectrum, "--plant", &rig("cantilever")]));
-        std::fs::remove_dir_all(folder).unwrap();
-        Value::Object(answers)
+        jobs.push(("cantilever", vec![spectrum, "--plant".to_owned(), rig("cantilever")]));
+        jobs
     }
 
     /// Two records jointly, three held out, every second sample.
-    fn friction_damper(&self, slices: &Slices) -> Value {
+    fn friction_damper(slices: &Slices<'_>) -> Vec<String> {
         let half = |name: &str| {
             slices.cut(&format!("brfd_friction_backlash/sine_{name}.csv"), name, |row, _, _| row.is_multiple_of(2))
         };
-        let fitted = ["0.5Hz_1in_30lb", "1Hz_0.5in_30lb"].map(half);
-        let held_out = ["1Hz_1in_30lb", "2Hz_0.5in_30lb", "0.5Hz_0.5in_30lb"].map(half);
-        let plant = rig("friction_damper");
-        let mut arguments = vec![fitted[0].as_str(), &fitted[1], "--plant", &plant];
-        arguments.extend(held_out.iter().flat_map(|file| ["--held-out", file.as_str()]));
-        diagnosis(&arguments)
+        let mut arguments = ["0.5Hz_1in_30lb", "1Hz_0.5in_30lb"].map(half).to_vec();
+        arguments.extend(["--plant".to_owned(), rig("friction_damper")]);
+        for held_out in ["1Hz_1in_30lb", "2Hz_0.5in_30lb", "0.5Hz_0.5in_30lb"].map(half) {
+            arguments.extend(["--held-out".to_owned(), held_out]);
+        }
+        arguments
     }
 }
 

@@ -2,7 +2,9 @@
 
 use crate::house::{House, root};
 use crate::tree::Tree;
-use crate::{circles, constants, front_pages, matches_on_kinds, public_names, sizes, wide_comments, wording};
+use crate::{
+    circles, constants, front_pages, matches_on_kinds, one_of_each, public_names, sizes, wide_comments, wording,
+};
 use std::sync::OnceLock;
 
 /// The findings of every checker.
@@ -13,6 +15,8 @@ pub struct Findings {
     pub names: public_names::PublicNames,
     pub pages: front_pages::Pages,
     pub sizes: sizes::Sizes,
+    /// Named methods that are written a second time.
+    pub twice: Vec<String>,
     pub wide_comments: Vec<String>,
     pub wording: Vec<String>,
 }
@@ -27,6 +31,7 @@ impl Findings {
             names: public_names::measure(house),
             pages: front_pages::measure(house),
             sizes: sizes::measure(house),
+            twice: one_of_each::measure(house),
             wide_comments: wide_comments::measure(house),
             wording: wording::measure(house),
         }

@@ -16,6 +16,7 @@
 //! | `circles` | files and crates that name each other |
 //! | `sizes` | lines, functions, assertions |
 //! | `constants` | names with two values |
+//! | `one_of_each` | named methods that are written twice |
 //! | `catalogue`, `matches_on_kinds` | knowledge of effects outside their catalogue |
 //! | `partitions` | what a partition that flies links |
 //! | `public_names` | documented and unused public items |
@@ -33,6 +34,7 @@ mod house;
 mod manifest;
 mod matches_on_kinds;
 mod modules;
+mod one_of_each;
 mod partitions;
 mod prose;
 mod public_names;

@@ -42,7 +42,7 @@ fn largest(circles: &[circles::Circle]) -> usize {
 }
 
 fn rows(found: &Findings) -> Vec<Row> {
-    let Findings { circles, constants, matches, names, pages, sizes, wide_comments, wording } = found;
+    let Findings { circles, constants, matches, names, pages, sizes, twice, wide_comments, wording } = found;
     let all = &sizes.all;
     let total = |of: fn(&public_names::Names) -> usize| names.values().map(of).sum::<usize>();
     let (items, undocumented) = (total(|own| own.items), total(|own| own.undocumented.len()));
@@ -84,6 +84,7 @@ fn rows(found: &Findings) -> Vec<Row> {
         row("named numeric constants", constants_all),
         row("named numeric constants per thousand lines of code", rounded(all.per_kline(constants_all))),
         none("names with several values in a crate", constants.ambiguous.values().map(Vec::len).sum()),
+        none("named methods that are written twice", twice.len()),
         none("lines that decide on the name of an effect", matches.lines.len()),
         row("lines that pass the name of a parameter to a function", matches.arguments.len()),
         row("public items", items),

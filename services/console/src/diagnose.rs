@@ -182,7 +182,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut diagnosed = diagnosed(case, arguments)?;
     match &out {
         Some(out) => out.write(&mut diagnosed)?,
-        None => files::only_told(&mut diagnosed.diagnosis),
+        None => files::without_files(&mut diagnosed.diagnosis),
     }
     let interrupted = diagnosed.interrupted;
     crate::print(&if arguments.json {

@@ -27,6 +27,7 @@
 
 mod target;
 
+use estimation::GATE_SIGMAS;
 use estimation::identifiability::Identifiability;
 use nalgebra::{SMatrix, SVector};
 use physics::arm_live::{LiveEstimators, LiveSettings, SCALE_SD};
@@ -53,9 +54,6 @@ const FIRST_ROWS: usize = 11;
 const BOTH_TORQUES: u64 = 0b11;
 /// Standard deviation of the prior over the parameter: a starting value with information 1e-6/a².
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
-/// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses
-/// them all.
-const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 
 /// The estimators of the phase: eight parameters before capture, nine with a target. In place: an
 /// experiment takes no memory.
@@ -292,7 +290,7 @@ impl InertialId {
     fn innovation(&self) -> Innovation {
         let Some((t_ns, last)) = self.state.last else {
             return Innovation {
-                gate: GATE_SIGMA,
+                gate: GATE_SIGMAS,
                 generation: self.state.window.generation.into(),
                 ..Innovation::default()
             };
@@ -302,7 +300,7 @@ impl InertialId {
             innovation: last.innovation,
             variance: last.variance,
             test_ratio: last.test_ratio,
-            gate: GATE_SIGMA,
+            gate: GATE_SIGMAS,
             accepted: u32::from(last.test_ratio <= 1.0),
             rows: self.state.rows,
             generation: self.state.window.generation.into(),

@@ -11,7 +11,7 @@ use physics::target::{self, ChaserPrior, Identified, recover};
 use physics::target_statement::{FusionError, Statement, fuse};
 use plant_file::scenario::{ChaserSheet, TargetStatement};
 use serde::{Deserialize, Serialize};
-use telemetry::{Sample, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REFUSED, TargetEstimate};
+use telemetry::{Sample, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, TargetEstimate};
 
 /// `TargetEstimate::origin`.
 const STATED: u16 = 0;
@@ -58,10 +58,10 @@ pub fn samples(
         (Some(found), Some((statement, said))) if statement.status == 0 => match fuse(found, said) {
             Ok((both, chi_square)) => TargetEstimate { chi_square, ..sample(FUSED, &both) },
             Err(FusionError::Conflict { chi_square }) => {
-                TargetEstimate { chi_square, status: TARGET_REFUSED, ..sample(IDENTIFIED, found) }
+                TargetEstimate { chi_square, status: TARGET_REJECTED, ..sample(IDENTIFIED, found) }
             }
             Err(FusionError::CovarianceNotPositive) => {
-                TargetEstimate { status: TARGET_REFUSED, ..sample(IDENTIFIED, found) }
+                TargetEstimate { status: TARGET_REJECTED, ..sample(IDENTIFIED, found) }
             }
         },
         (Some(found), _) => sample(IDENTIFIED, found),

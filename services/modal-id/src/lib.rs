@@ -41,6 +41,7 @@ mod inertia;
 
 use advice::Pulse;
 use decay_rows::DecayRows;
+use estimation::GATE_SIGMAS;
 use estimation::consistency::Whiteness;
 use modal::methods::Estimate as Found;
 use modal::tracking::ModeTracker;
@@ -60,8 +61,6 @@ use telemetry::{
 const _: () = assert!(MODES_MAX == appendage::REFIT_MODES_MAX);
 /// Most modes of an estimate that also gives the hub's inertia.
 const MODES_WITH_INERTIA: usize = 5;
-/// Innovations beyond this many sigma are marked as not accepted.
-const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 /// Standard deviations of the mean innovation, or of a block of them, beyond which an unknown input
 /// acts.
 const LEAK_SIGMA: f64 = 5.0;
@@ -264,7 +263,7 @@ impl ModalId {
         common.phase = self.state.window.phase().code();
         common.closing = u16::from(closing);
         common.innovation.variance = 1.0;
-        common.innovation.gate = GATE_SIGMA;
+        common.innovation.gate = GATE_SIGMAS;
         common.innovation.rows = self.state.rows;
         common.innovation.generation = self.state.window.generation.into();
         if closing && let Some(identifier) = &mut self.state.identifier {
@@ -341,7 +340,7 @@ impl ModalId {
         }
         let innovation = &mut sample.innovation;
         (innovation.t_ns, innovation.innovation, innovation.variance) = (tested.last_t_ns(), last, sigma * sigma);
-        innovation.test_ratio = last * last / (GATE_SIGMA * GATE_SIGMA * innovation.variance);
+        innovation.test_ratio = last * last / (GATE_SIGMAS * GATE_SIGMAS * innovation.variance);
         innovation.accepted = u32::from(innovation.test_ratio <= 1.0);
     }
 }

@@ -29,6 +29,7 @@
 //! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
 
+use estimation::GATE_SIGMAS;
 use nalgebra::Vector3;
 use physics::slosh::SloshParameters;
 use physics::slosh_arc::SloshSample;
@@ -45,8 +46,6 @@ use telemetry::{
 };
 
 const PARAMETERS: usize = 3;
-/// Innovations beyond this many sigma are marked as not accepted; the estimator uses them all.
-const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 /// A first sample further than this behind the experiment's begin is late: the slosh state is
 /// unknown [intervals].
 const LATE_INTERVALS: f64 = 1.5;
@@ -204,7 +203,7 @@ impl SloshId {
         (common.phase, common.closing) = (self.state.window.phase().code(), u16::from(closing));
         common.innovation = Innovation {
             rows: self.state.rows,
-            gate: GATE_SIGMA,
+            gate: GATE_SIGMAS,
             generation: self.state.window.generation.into(),
             ..Innovation::default()
         };
@@ -295,7 +294,7 @@ fn fill(sample: &mut SloshEstimate, found: &slosh_estimator::SloshEstimate) {
     if let Some(newest) = found.innovation {
         let record = &mut common.innovation;
         (record.innovation, record.variance) = (newest.innovation, newest.variance);
-        record.test_ratio = newest.innovation * newest.innovation / (GATE_SIGMA * GATE_SIGMA * newest.variance);
+        record.test_ratio = newest.innovation * newest.innovation / (GATE_SIGMAS * GATE_SIGMAS * newest.variance);
         record.accepted = u32::from(record.test_ratio <= 1.0);
     }
     common.nis_mean = found.chi_square_per_degree();

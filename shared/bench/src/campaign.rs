@@ -5,6 +5,7 @@
 //! disturb another.
 
 use crate::report::{MethodReport, ParameterReport, Report};
+use estimation::quantiles::{median, quantile};
 use std::hint::black_box;
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -248,8 +249,8 @@ fn parameter_statistics(parameter: &Parameter, found: &[Found], paper_percent: O
     const QUANTILE_975: f64 = 1.959_963_984_540_054; // of the unit normal
     let error = |found: &Found| found.value - parameter.truth;
     let mut percent: Vec<f64> = found.iter().map(|found| 100.0 * (error(found) / parameter.truth).abs()).collect();
-    percent.sort_by(f64::total_cmp);
     let squares: Vec<f64> = found.iter().map(|found| error(found) * error(found)).collect();
+    let is_found = !found.is_empty();
     let rmse = mean(&squares).map(f64::sqrt);
     let held: Vec<f64> = found
         .iter()
@@ -258,8 +259,8 @@ fn parameter_statistics(parameter: &Parameter, found: &[Found], paper_percent: O
     ParameterReport {
         name: parameter.name,
         truth: parameter.truth,
-        median_percent: quantile(&percent, 0.5),
-        p95_percent: quantile(&percent, 0.95),
+        median_percent: is_found.then(|| median(&mut percent)),
+        p95_percent: is_found.then(|| quantile(&mut percent, 0.95)),
         rmse_percent: rmse.map(|rmse| 100.0 * rmse / parameter.truth.abs()),
         crlb_percent: 100.0 * parameter.bound / parameter.truth.abs(),
         rmse_over_crlb: rmse.map(|rmse| rmse / parameter.bound),
@@ -270,15 +271,6 @@ fn parameter_statistics(parameter: &Parameter, found: &[Found], paper_percent: O
 
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-/// Linear between the order statistics of sorted values.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let last = sorted.len().checked_sub(1)?;
-    let position = share * last as f64;
-    let below = position as usize;
-    let above = (below + 1).min(last);
-    Some(sorted[below] + (position - below as f64) * (sorted[above] - sorted[below]))
 }
 
 #[cfg(test)]

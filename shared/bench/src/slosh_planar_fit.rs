@@ -7,7 +7,8 @@
 //! wrong minimum (66 per degree of freedom against 1).
 
 use estimation::consistency::Whiteness;
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
+use estimation::levenberg_marquardt::{End, Minimum, Quadratic, Settings, minimise};
+use nalgebra::{Const, Matrix2, SMatrix, SVector, Vector2, Vector3};
 
 use crate::slosh_planar::{PlanarHub, PlanarSlosh, PlanarState};
 use crate::slosh_planar_record::{CHANNELS, PlanarError, PlanarRecord, PlanarThrust};
@@ -15,8 +16,16 @@ use crate::slosh_planar_scan::PlanarSample;
 
 /// Bound of the iterations.
 pub const ITERATIONS_MAX: u32 = 30;
-/// Converged when a full step is shorter than this many standard deviations.
-const STEP_SIGMAS: f64 = 1e-3;
+/// Of the fit. At the bottom rounding of χ², and of the differences that its gradient is made of,
+/// decides, whatever the damping.
+const FIT: Settings = Settings {
+    iterations_max: ITERATIONS_MAX,
+    step_sigmas: 1e-3,
+    gain_share: 0.0,
+    rounding: (0.02, f64::INFINITY),
+    damping_max: f64::INFINITY,
+};
+
 /// What a hypothesis of N numbers says of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarCraft<const M: usize> {
@@ -88,23 +97,19 @@ impl<const N: usize> PlanarEstimate<N> {
     }
 }
 
-/// χ² and its quadratic model.
-struct Quadratic<const N: usize> {
-    chi_square: f64,
-    information: SMatrix<f64, N, N>,
-    gradient: SVector<f64, N>,
-    /// Bias and trend of each channel.
-    offsets: [Vector2<f64>; CHANNELS],
-}
+/// Bias and trend of each channel at their best.
+type Trends = [Vector2<f64>; CHANNELS];
 
-impl<const N: usize> Quadratic<N> {
-    /// With what is known before the record.
-    fn beside(mut self, prior: &PlanarPrior<N>, theta: &SVector<f64, N>) -> Self {
-        self.chi_square += prior.chi_square(theta);
-        self.gradient -= prior.information * (theta - prior.mean);
-        self.information += prior.information;
-        self
-    }
+/// With what is known before the record.
+fn beside<const N: usize>(
+    mut here: Quadratic<Const<N>>,
+    prior: &PlanarPrior<N>,
+    theta: &SVector<f64, N>,
+) -> Quadratic<Const<N>> {
+    here.chi_square += prior.chi_square(theta);
+    here.gradient -= prior.information * (theta - prior.mean);
+    here.information += prior.information;
+    here
 }
 
 /// Sums of one channel: `[1, t]` against itself, the residual and the sensitivities.
@@ -153,54 +158,37 @@ pub fn fit_with<const N: usize, const M: usize>(
     if got < need {
         return Err(PlanarError::TooShort { got, need });
     }
-    let at = |theta: &SVector<f64, N>| {
-        quadratic(record, craft, theta, scale).map(|here| here.beside(prior, theta)).ok_or(PlanarError::NotObserved)
+    let at = |theta: SVector<f64, N>| {
+        let (here, _) = quadratic(record, craft, &theta, scale)?;
+        Some((theta, beside(here, prior, &theta)))
     };
-    let mut theta = *start;
-    let mut here = at(&theta)?;
-    let mut damping = 1e-3;
-    for iterations in 0..iterations_max {
-        let full = damped_step(&here, 0.0).ok_or(PlanarError::NotObserved)?;
-        let step_sigmas = libm::sqrt(full.dot(&here.gradient).max(0.0));
-        if step_sigmas <= STEP_SIGMAS {
-            return report(record, theta, &here, prior, (iterations, true));
-        }
-        let trial = theta + damped_step(&here, damping).ok_or(PlanarError::NotObserved)?;
-        let reached = chi_square(record, craft, &trial).map(|value| value + prior.chi_square(&trial));
-        match reached.filter(|chi_square| *chi_square < here.chi_square) {
-            Some(_) => {
-                theta = trial;
-                here = at(&theta)?;
-                damping *= 0.1;
-            }
-            // At the bottom rounding of χ², and of the differences that its gradient is made of,
-            // decides.
-            None if step_sigmas < 0.02 => {
-                return report(record, theta, &here, prior, (iterations, true));
-            }
-            None => damping *= 10.0,
-        }
+    let settings = Settings { iterations_max, ..FIT };
+    let found = minimise(at(*start).ok_or(PlanarError::NotObserved)?, &settings, |from, step, below| {
+        let trial = from + step;
+        let reached = chi_square(record, craft, &trial)? + prior.chi_square(&trial);
+        if reached < below { at(trial) } else { None }
+    });
+    match found.end {
+        End::Singular => Err(PlanarError::NotObserved),
+        End::Converged | End::Exhausted => report(record, &found, prior),
     }
-    report(record, theta, &here, prior, (iterations_max, false))
 }
 
 fn report<const N: usize>(
     record: &PlanarRecord<'_>,
-    theta: SVector<f64, N>,
-    here: &Quadratic<N>,
+    found: &Minimum<Const<N>, SVector<f64, N>>,
     prior: &PlanarPrior<N>,
-    (iterations, is_converged): (u32, bool),
 ) -> Result<PlanarEstimate<N>, PlanarError> {
     let channels = record.noise.weights().iter().filter(|weight| **weight > 0.0).count();
     let rows = channels * record.samples.len() + prior.rows();
-    let covariance = estimation::cramer_rao::FisherInformation::<N> { matrix: here.information }.bound();
+    let covariance = estimation::cramer_rao::FisherInformation::<N> { matrix: found.quadratic.information }.bound();
     Ok(PlanarEstimate {
-        theta,
+        theta: found.point,
         covariance: covariance.ok_or(PlanarError::NotObserved)?,
-        chi_square: here.chi_square,
+        chi_square: found.quadratic.chi_square,
         degrees_of_freedom: rows.saturating_sub(N + 2 * channels) as f64,
-        iterations,
-        is_converged,
+        iterations: found.iterations,
+        is_converged: found.end == End::Converged,
     })
 }
 
@@ -212,7 +200,7 @@ pub fn bound<const N: usize, const M: usize>(
     (theta, scale): (&SVector<f64, N>, &SVector<f64, N>),
     prior: &PlanarPrior<N>,
 ) -> Option<SMatrix<f64, N, N>> {
-    let here = quadratic(record, craft, theta, scale)?.beside(prior, theta);
+    let here = beside(quadratic(record, craft, theta, scale)?.0, prior, theta);
     estimation::cramer_rao::FisherInformation::<N> { matrix: here.information }.bound()
 }
 
@@ -222,13 +210,13 @@ pub fn whiteness<const N: usize, const M: usize>(
     craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
     estimate: &PlanarEstimate<N>,
 ) -> Option<[Whiteness; CHANNELS]> {
-    let here = quadratic(record, craft, &estimate.theta, &estimate.sigmas())?;
+    let (_, trends) = quadratic(record, craft, &estimate.theta, &estimate.sigmas())?;
     let mut craft = craft(&estimate.theta)?;
     let mut white = [Whiteness::default(); CHANNELS];
     for (k, sample) in record.samples.iter().enumerate() {
         let residual = measured(sample) - craft.step(record, k)?;
         for (c, weight) in record.noise.weights().into_iter().enumerate().filter(|(_, weight)| *weight > 0.0) {
-            white[c].push((residual[c] - here.offsets[c].dot(&ramp(record, k))) * libm::sqrt(weight));
+            white[c].push((residual[c] - trends[c].dot(&ramp(record, k))) * libm::sqrt(weight));
         }
     }
     Some(white)
@@ -272,7 +260,7 @@ fn quadratic<const N: usize, const M: usize>(
     craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
     theta: &SVector<f64, N>,
     scale: &SVector<f64, N>,
-) -> Option<Quadratic<N>> {
+) -> Option<(Quadratic<Const<N>>, Trends)> {
     /// Of the scale, forward. A frequency that is moved by a part moves the phase by half ωT times
     /// that, some hundred over an hour of slosh: truncation 1e-5 of the sensitivity, rounding below
     /// (1e-5 of the scale promised 6 % too little of σ).
@@ -285,12 +273,9 @@ fn quadratic<const N: usize, const M: usize>(
         *beside = craft(&moved)?;
     }
     let weights = record.noise.weights();
-    let mut sums = Quadratic {
-        chi_square: 0.0,
-        information: SMatrix::zeros(),
-        gradient: SVector::zeros(),
-        offsets: [Vector2::zeros(); CHANNELS],
-    };
+    let mut sums =
+        Quadratic { chi_square: 0.0, information: SMatrix::<f64, N, N>::zeros(), gradient: SVector::zeros() };
+    let mut trends = [Vector2::zeros(); CHANNELS];
     let mut offsets = [const { Offsets::<N>::zero() }; CHANNELS];
     for (k, sample) in record.samples.iter().enumerate() {
         let expected = nominal.step(record, k)?;
@@ -316,17 +301,9 @@ fn quadratic<const N: usize, const M: usize>(
         sums.chi_square -= residual.dot(&best) * weights[c];
         sums.gradient -= sensitivity.transpose() * best * weights[c];
         sums.information -= sensitivity.transpose() * (inverse * sensitivity) * weights[c];
-        sums.offsets[c] = best;
+        trends[c] = best;
     }
-    sums.chi_square.is_finite().then_some(sums)
-}
-
-/// `(H + λ diag H)⁻¹ g`; `None` when the information is singular.
-fn damped_step<const N: usize>(at: &Quadratic<N>, damping: f64) -> Option<SVector<f64, N>> {
-    let scale = at.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
-    let scaling = SMatrix::<f64, N, N>::from_diagonal(&scale);
-    let scaled = scaling * at.information * scaling + SMatrix::<f64, N, N>::identity() * damping;
-    Some(scaling * scaled.cholesky()?.solve(&(scaling * at.gradient)))
+    sums.chi_square.is_finite().then_some((sums, trends))
 }
 
 #[cfg(test)]

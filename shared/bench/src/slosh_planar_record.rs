@@ -75,12 +75,12 @@ impl PlanarThrust {
     /// # Errors
     /// [`PlanarError::DelayedSums`].
     pub fn check(&self, record: &PlanarRecord<'_>) -> Result<(), PlanarError> {
-        let is_known = record.samples.iter().all(|sample| self.is_told(sample));
+        let is_known = record.samples.iter().all(|sample| self.is_prompt(sample));
         is_known.then_some(()).ok_or(PlanarError::DelayedSums)
     }
 
     /// Along each axis prompt, or held.
-    fn is_told(&self, sample: &PlanarSample) -> bool {
+    fn is_prompt(&self, sample: &PlanarSample) -> bool {
         self.delay_s.component_mul(&sample.wrench_change.force_n) == Vector2::zeros()
     }
 
@@ -88,7 +88,7 @@ impl PlanarThrust {
     /// command with edges within comes late.
     pub(crate) fn acting(&self, record: &PlanarRecord<'_>, k: usize) -> Option<[Wrench; 3]> {
         let (sample, before) = (&record.samples[k], record.before(k));
-        if !(self.is_told(sample) && self.is_told(&before)) {
+        if !(self.is_prompt(sample) && self.is_prompt(&before)) {
             return None;
         }
         let edge_n = sample.wrench.force_n - before.wrench.force_n;

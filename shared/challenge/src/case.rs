@@ -30,7 +30,7 @@ pub enum Class {
 
 /// A nominal parameter that the effect biases.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Astray {
+pub struct BiasedParameter {
     pub name: String,
     pub truth: f64,
     pub shift_sigma: f64,
@@ -54,7 +54,8 @@ pub struct Truth {
     /// Largest |cosine| with another entry of the bench's menu, and which.
     pub rho: f64,
     pub rival: String,
-    pub astray: Option<Astray>,
+    #[serde(rename = "astray")]
+    pub biased: Option<BiasedParameter>,
     /// Channel and time [s, s] of an effect that has a time.
     pub window: Option<(String, [f64; 2])>,
     /// Parameters of the true plant that have a prior.

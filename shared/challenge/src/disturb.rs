@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 pub enum NoiseKind {
     Right,
-    SensorLouder,
+    #[serde(rename = "sensor_louder")]
+    SensorNoiseHigher,
     Ar03,
     Ar08,
     ActuatorDouble,
@@ -20,7 +21,7 @@ pub enum NoiseKind {
 
 /// Every kind but [`NoiseKind::Right`].
 pub const WRONG: [NoiseKind; 6] = [
-    NoiseKind::SensorLouder,
+    NoiseKind::SensorNoiseHigher,
     NoiseKind::Ar03,
     NoiseKind::Ar08,
     NoiseKind::ActuatorDouble,
@@ -57,7 +58,7 @@ pub struct Disturbance {
 #[must_use]
 pub fn disturbance(bench: &Bench, plant: &Plant, kind: NoiseKind, (seed, case): (u64, u64), name: &str) -> Disturbance {
     let stream = |what: &str| Draw::new(seed, case, &format!("{name}/{what}"));
-    let louder = if kind == NoiseKind::SensorLouder { 1.3 } else { 1.0 };
+    let factor = if kind == NoiseKind::SensorNoiseHigher { 1.3 } else { 1.0 };
     let double = if kind == NoiseKind::ActuatorDouble { 2.0 } else { 1.0 };
     let pole: f64 = match kind {
         NoiseKind::Ar03 => 0.3,
@@ -76,7 +77,7 @@ pub fn disturbance(bench: &Bench, plant: &Plant, kind: NoiseKind, (seed, case): 
     let white =
         |sigma: f64, mut draw: Draw| -> Vec<f64> { (0..bench.samples).map(|_| sigma * draw.normal()).collect() };
     let sigmas = sensor_sigma(plant, bench.period_s);
-    let sensors = plant.sensors.iter().zip(&sigmas).map(|(s, sigma)| coloured(louder * sigma, stream(&s.name)));
+    let sensors = plant.sensors.iter().zip(&sigmas).map(|(s, sigma)| coloured(factor * sigma, stream(&s.name)));
     let inputs = plant.actuators.iter().map(|a| white(double * a.noise.value, stream(&a.name)));
     let coarse = if kind == NoiseKind::Quantised { 4.0 } else { 0.0 };
     let resolution = plant.sensors.iter().zip(&sigmas).map(|(s, sigma)| s.resolution.value.max(coarse * sigma));

@@ -226,11 +226,11 @@ fn pairs<'a>(cases: impl Iterator<Item = &'a Opened>) -> Pairs {
 
 fn masked<'a>(cases: impl Iterator<Item = &'a Opened>) -> Masked {
     cases
-        .filter_map(|o| Some((o, o.truth.astray.as_ref()?)))
-        .filter(|(_, astray)| astray.shift_sigma.abs() >= 2.0)
-        .fold(Masked::default(), |sum, (o, astray)| {
-            let found = o.answer.nominal.iter().find(|(name, ..)| *name == astray.name);
-            let near = found.is_some_and(|(_, after, sigma)| (after - astray.truth).abs() <= 2.0 * sigma);
+        .filter_map(|o| Some((o, o.truth.biased.as_ref()?)))
+        .filter(|(_, biased)| biased.shift_sigma.abs() >= 2.0)
+        .fold(Masked::default(), |sum, (o, biased)| {
+            let found = o.answer.nominal.iter().find(|(name, ..)| *name == biased.name);
+            let near = found.is_some_and(|(_, after, sigma)| (after - biased.truth).abs() <= 2.0 * sigma);
             Masked { n: sum.n + 1, corrected: sum.corrected + usize::from(near) }
         })
 }

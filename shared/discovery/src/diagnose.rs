@@ -46,11 +46,10 @@ use held_out_selection::select_on_held_out;
 use screening::Screening;
 use search::searched;
 
+use crate::compete::FittedModel;
 use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
-use dynamics::description::Plant;
-use identification::filter::NoiseModel;
 use identification::fit::bounded::bounded;
 use identification::fit::noise::{Search, maximise};
 use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
@@ -108,16 +107,6 @@ pub const RIVAL_SPAN: f64 = 12.0;
 const INTERRUPTED_EARLY: &str = "the search was interrupted before the nominal plant was fitted";
 /// Relinearisations of the nominal fit; it ends earlier where it has converged.
 const NOMINAL_ROUNDS: usize = 6;
-
-/// The best accepted plant so far: parameters, noise and `−2 ln p`.
-#[derive(Clone)]
-struct AcceptedModel {
-    plant: Plant,
-    problem: Problem,
-    fit: Fit,
-    noise: NoiseModel,
-    objective: f64,
-}
 
 /// An adopted effect.
 #[derive(Clone)]
@@ -253,7 +242,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64
 }
 
 /// The law that the accepted plant still lacks.
-fn residual_law(session: &EstimationSession<'_>, best: &AcceptedModel) -> Result<Option<UnknownLaw>, String> {
+fn residual_law(session: &EstimationSession<'_>, best: &FittedModel) -> Result<Option<UnknownLaw>, String> {
     let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     Ok(unknown_law::best(&own, &best.plant, &best.fit.linearised, &best.fit.theta, &best.noise))
 }
@@ -268,7 +257,7 @@ struct ResidualTests {
 }
 
 /// Deviations from white noise of the innovations of the accepted plant.
-fn left_over(session: &EstimationSession<'_>, best: &AcceptedModel) -> Result<ResidualTests, String> {
+fn left_over(session: &EstimationSession<'_>, best: &FittedModel) -> Result<ResidualTests, String> {
     let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     let left = || {
         let normal = best.fit.linearised.normal(&own, &best.fit.theta, &best.noise, &[])?;
@@ -286,7 +275,7 @@ fn left_over(session: &EstimationSession<'_>, best: &AcceptedModel) -> Result<Re
 
 /// The nominal plant under adapted noise: noise maximised, parameters fitted under it, noise
 /// maximised again.
-fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<AcceptedModel, String> {
+fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<FittedModel, String> {
     let search = Search { sweeps: 8, colour: true, scan: true };
     let failed = || "the likelihood of the noise cannot be found".to_owned();
     let plant = &stated.plant;
@@ -296,7 +285,7 @@ fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<AcceptedMod
     let search = Search { scan: false, ..search };
     let (noise, objective) =
         maximise(session, &adapted.linearised, &adapted.theta, &[], &noise, search).ok_or_else(failed)?;
-    Ok(AcceptedModel { plant: plant.clone(), problem: session.problem.clone(), fit: adapted, noise, objective })
+    Ok(FittedModel::new(session.problem.clone(), adapted, noise, objective))
 }
 
 /// Status of all adopted effects together.

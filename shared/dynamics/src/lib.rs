@@ -5,8 +5,8 @@
 //! commands over time (`signal`), exact lags and delays (`lags`), noise by (seed, stream, sample)
 //! (`noise`).
 //!
-//! May import: `nalgebra`, `libm`, `num-traits`, `serde`, `strsim`, `thiserror`. Nothing of this
-//! workspace.
+//! May import: `nalgebra`, `libm`, `num-traits`, `serde`, `strsim`, `thiserror`; of this workspace
+//! `estimation` alone, for the exponential of a matrix.
 //!
 //! Must never know: which effects exist, files, clocks, threads, estimates.
 //!

@@ -1,42 +1,19 @@
 //! Exact discretisation of a linear system whose input is held over the step.
 
+use estimation::matrix_exponential;
 use nalgebra::DMatrix;
 
 /// `x' = A x + B u` with u held for `step_s`: returns `(e^{A h}, ∫₀ʰ e^{A s} ds B)`.
 ///
-/// One exponential of `[[A, B], [0, 0]] h` (Van Loan 1978) by scaling, Taylor series and squaring.
-/// Relative error a few ε while the scaled norm stays below ½, where 18 terms leave 0.5¹⁹/19! =
-/// 2e-23.
+/// One exponential of `[[A, B], [0, 0]] h` (Van Loan 1978).
 pub fn discretise(a: &DMatrix<f64>, b: &DMatrix<f64>, step_s: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     assert!(step_s > 0.0 && step_s.is_finite());
     let (n, inputs) = (a.nrows(), b.ncols());
     let mut augmented = DMatrix::<f64>::zeros(n + inputs, n + inputs);
     augmented.view_mut((0, 0), (n, n)).copy_from(&(a * step_s));
     augmented.view_mut((0, n), (n, inputs)).copy_from(&(b * step_s));
-    let exponential = exponential(augmented);
+    let exponential = matrix_exponential(augmented);
     (exponential.view((0, 0), (n, n)).into_owned(), exponential.view((0, n), (n, inputs)).into_owned())
-}
-
-/// `e^m`.
-pub fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
-    const TERMS: u32 = 18;
-    const SQUARINGS_MAX: u32 = 60;
-    let mut squarings = 0;
-    while m.norm() > 0.5 {
-        m *= 0.5;
-        squarings += 1;
-        assert!(squarings <= SQUARINGS_MAX, "the step is not short beside any time constant");
-    }
-    let identity = DMatrix::<f64>::identity(m.nrows(), m.ncols());
-    // Horner: 1 + m (1 + m/2 (1 + m/3 (…)))
-    let mut sum = identity.clone();
-    for term in (1..=TERMS).rev() {
-        sum = &identity + &m * sum / f64::from(term);
-    }
-    for _ in 0..squarings {
-        sum = &sum * &sum;
-    }
-    sum
 }
 
 #[cfg(test)]

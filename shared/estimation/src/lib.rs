@@ -1,8 +1,9 @@
 //! Recursive, fixed-memory estimators and the statistics that test their consistency.
 //!
 //! What it is: least squares with noisy rows (weighted, total, instrumental), a square-root
-//! unscented Kalman filter, information bounds, tests of consistency and of lasting changes. Every
-//! size is a const generic; every loop has a stated bound. No std, no alloc: the crate flies.
+//! unscented Kalman filter, information bounds, tests of consistency and of lasting changes; and
+//! the numerical methods that more than one crate needs: minimisers, the exponential of a matrix,
+//! quantiles. Sizes are generic; every loop has a stated bound. No std, no alloc: the crate flies.
 //!
 //! May import: nalgebra, libm, serde.
 //!
@@ -30,6 +31,8 @@
 //! | `weighted_least_squares` | errors-in-variables least squares, noise compensated |
 //! | `weighted_pass` | the same in batch: one pass at fixed weights |
 //! | `golden_section` | minimum of a function of one variable |
+//! | `levenberg_marquardt` | minimum of a sum of squares |
+//! | `matrix_exponential` | exponential of a matrix |
 //! | `identifiability` | what data did to a prior: identified, prior kept, not excited |
 //! | `instrumental_variables` | noisy rows, instruments without noise |
 //! | `generalised_total_least_squares` | noise covariance of the columns, observation exact |
@@ -57,6 +60,8 @@ pub mod generalised_total_least_squares;
 pub mod golden_section;
 pub mod identifiability;
 pub mod instrumental_variables;
+pub mod levenberg_marquardt;
+pub mod matrix_exponential;
 pub mod quantiles;
 #[cfg(test)]
 mod seeded_noise;
@@ -65,9 +70,11 @@ pub mod unscented;
 pub mod weighted_least_squares;
 pub mod weighted_pass;
 
+pub use matrix_exponential::matrix_exponential;
 use serde::{Deserialize, Serialize};
 
-/// Five standard deviations: the gate [`Innovation::test_ratio`] is measured against.
+/// Five standard deviations: the gate [`Innovation::test_ratio`] is measured against. An innovation
+/// beyond it is reported as not accepted; the estimators use it all the same.
 pub const GATE_SIGMAS: f64 = 5.0;
 
 /// Difference between a measurement and its prediction, before the update.

@@ -23,6 +23,7 @@ pub use white::White;
 
 use crate::filter::NoiseModel;
 use dynamics::description::Plant;
+use estimation::levenberg_marquardt::Damping;
 
 /// A fitted plant.
 #[derive(Clone, Debug)]
@@ -66,6 +67,8 @@ const AS_PROMISED: f64 = 0.7;
 /// squares: a start far off is no minimum.
 const ROUNDS_MORE: usize = 14;
 const FAR: f64 = 0.02;
+/// Damping from which a step is too short to be worth a trial.
+const DAMPING_MAX: f64 = 1e3;
 /// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
 
@@ -113,7 +116,7 @@ pub fn fit(
     let mut theta = theta.to_vec();
     let mut linearised = LinearisedProblem::new(session, plant, &theta, noise)?;
     let (mut converged, mut iterations) = (false, 0);
-    let mut damping = 0.0;
+    let mut damping = Damping::on_failure();
     for round in 0..rounds.most + rounds.more {
         let (mut total, mut enough, mut far) = (0.0, CONVERGED, f64::INFINITY);
         let mut stale = true;
@@ -123,7 +126,7 @@ pub fn fit(
                 linearised.take_jacobian(session, plant, &theta);
             }
             let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
-            let Some((step, predicted)) = normal.step(session, &theta, damping) else { break };
+            let Some((step, predicted)) = normal.step(session, &theta, damping.value()) else { break };
             // a plant that is far off moves for ever in units of a noise that it does not reach
             enough = CONVERGED * (normal.chi2 / linearised.samples().max(1) as f64).max(1.0);
             far = FAR * normal.chi2;
@@ -141,16 +144,13 @@ pub fn fit(
                 continue;
             }
             if gained <= 0.0 {
-                damping = if damping == 0.0 { 1e-2 } else { damping * 10.0 };
-                if damping > 1e3 {
+                damping.failed();
+                if damping.value() > DAMPING_MAX {
                     break;
                 }
                 continue;
             }
-            damping *= 0.1;
-            if damping < 1e-4 {
-                damping = 0.0;
-            }
+            damping.taken();
             theta = moved;
             total += gained;
             stale = gained < AS_PROMISED * predicted;

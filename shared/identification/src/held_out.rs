@@ -11,11 +11,11 @@
 //! g(t) = t + κ t²/3 + κ² t³/27 + κ/6 = ((1 + κ t/3)³ − 1)/κ + κ/6   is Student's where t is not
 //! ```
 //!
-//! Refused is too what should have shown: the augmented plant itself expects a gain of `½ |δ|²`,
-//! `δ` the whitened difference between what both predict. Of numbers known to `P`, by which its
-//! prediction moves as `J`, that is uncertain to `√(δᵀ J P Jᵀ δ)` (an amplitude known to one part
-//! in d: to `2/d` of it): where the interval does not reach what three of these leave, and nothing
-//! is confirmed, the law does not hold there.
+//! An effect is also rejected if its gain falls significantly short of the gain that it predicts:
+//! the augmented plant expects `½ |δ|²`, `δ` the whitened difference between what both predict. Of
+//! numbers known to `P`, by which its prediction moves as `J`, that is uncertain to
+//! `√(δᵀ J P Jᵀ δ)` (an amplitude known to one part in d: to `2/d` of it): where the interval does
+//! not reach what three of these leave, and nothing is confirmed, the law does not hold there.
 //!
 //! What two or three blocks hold against the others' word is no skewness but chance: Hall's
 //! interval takes the place of Student's only where the blocks agree with their sum:

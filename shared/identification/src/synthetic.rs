@@ -55,14 +55,14 @@ pub fn coloured(plant: &Plant, seed: u64, duration_s: f64, pole: f64) -> Recordi
 }
 
 /// Sensor noise times `factor`.
-pub fn louder(plant: &Plant, factor: f64) -> Plant {
-    let mut louder = plant.clone();
-    for sensor in &mut louder.sensors {
+pub fn of_higher_variance(plant: &Plant, factor: f64) -> Plant {
+    let mut noisy = plant.clone();
+    for sensor in &mut noisy.sensors {
         match &mut sensor.noise {
             Noise::PerSample(q) | Noise::Density(q) => q.value *= factor,
         }
     }
-    louder
+    noisy
 }
 
 /// Numbers with priors drawn from them (at most two standard deviations off, signs kept).

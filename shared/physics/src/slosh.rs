@@ -13,6 +13,7 @@
 //!
 //! Frames: one axis, positive along the thrust. Units: SI throughout.
 
+use estimation::matrix_exponential;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +98,7 @@ impl Transition {
         generator[(1, 1)] = -g;
         generator[(1, 2)] = -1.0;
         generator[(2, 3)] = 1.0;
-        let e = exponential(&generator);
+        let e = matrix_exponential(generator);
         unscale(&e.fixed_view::<2, 2>(0, 0).into(), &e.fixed_view::<2, 2>(0, 2).into(), length_s, base_mass_kg)
     }
 
@@ -279,7 +280,7 @@ impl TransitionWithSensitivity {
         generator[(6, 7)] = 1.0;
         generator[(3, 0)] = -1.0; // ∂/∂κ of −κ r
         generator[(5, 1)] = -1.0; // ∂/∂γ of −γ ṙ
-        let e = exponential(&generator);
+        let e = matrix_exponential(generator);
         let part = |row: usize| {
             let (phi, force) = (e.fixed_view::<2, 2>(row, 0).into(), e.fixed_view::<2, 2>(row, 6).into());
             unscale(&phi, &force, length_s, base_mass_kg)
@@ -301,29 +302,6 @@ fn unscale(phi: &Matrix2<f64>, force: &Matrix2<f64>, b: f64, base_mass_kg: f64) 
     let moments = Matrix2::new(b, -6.0, 0.0, 12.0) / base_mass_kg;
     let scaled = force * moments;
     Transition { phi, gain: Matrix2::new(scaled[(0, 0)], scaled[(0, 1)], scaled[(1, 0)] / b, scaled[(1, 1)] / b) }
-}
-
-/// Matrix exponential by scaling, Taylor to the 16th power and squaring. Truncation below 1e-19 of
-/// the norm-½ matrix.
-fn exponential<const N: usize>(generator: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    const SQUARINGS_MAX: u32 = 40;
-    const POWERS: u32 = 16;
-    // Not the norm: unit entries are nilpotent chains; what grows is κB² and γB.
-    let mut squarings = 1;
-    let mut factor = 0.5;
-    while squarings < SQUARINGS_MAX && generator.amax() * factor > 0.5 {
-        squarings += 1;
-        factor *= 0.5;
-    }
-    let scaled = generator * factor;
-    let mut sum = SMatrix::identity() + scaled / f64::from(POWERS);
-    for power in (1..POWERS).rev() {
-        sum = SMatrix::identity() + scaled * sum / f64::from(power);
-    }
-    for _ in 0..squarings {
-        sum *= sum;
-    }
-    sum
 }
 
 /// Free run of the model: the supervisor's held-out prediction.

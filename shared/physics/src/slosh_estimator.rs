@@ -18,7 +18,7 @@
 
 use estimation::consistency::Whiteness;
 use estimation::cramer_rao::FisherInformation;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::slosh::SloshState;

@@ -315,8 +315,8 @@ impl<'a> Warden<'a> {
 
     fn after_death(&mut self, index: usize, pid: u32, status: ExitStatus) -> Result<(), String> {
         let ward = &mut self.wards[index];
-        let told_to_end = self.ending && status.code() == Some(EXIT_STOPPED);
-        if status.success() || told_to_end {
+        let ends_on_order = self.ending && status.code() == Some(EXIT_STOPPED);
+        if status.success() || ends_on_order {
             ward.state = State::Done;
             self.first_end.get_or_insert_with(Instant::now);
             return Ok(());

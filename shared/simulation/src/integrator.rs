@@ -6,7 +6,7 @@ mod exact;
 use super::SimulationError;
 use dynamics::description::{Integrator, Plant, SimulationSettings as Settings};
 use dynamics::dual::Dual;
-use dynamics::system::{InputRole, System, Workspace};
+use dynamics::system::{InputRole, RungeKutta, System, Workspace};
 use exact::ExactHold;
 
 /// Steps of at most `step_s` that an interval takes.
@@ -87,8 +87,7 @@ pub(crate) fn choose(plant: &Plant, system: &System) -> Result<Choice, Simulatio
 pub(crate) struct Stepper {
     integrator: Integrator,
     step_s: f64,
-    slopes: [Vec<f64>; 4],
-    stage: Vec<f64>,
+    scratch: RungeKutta,
     exact: Option<ExactHold>,
 }
 
@@ -110,8 +109,7 @@ impl Stepper {
             Integrator::ExactZeroOrderHold => Some(ExactHold::new(system, t_s, x, u, lengths_s)?),
             Integrator::RungeKutta4 | Integrator::Midpoint => None,
         };
-        let zeros = || vec![0.0; n];
-        Ok(Self { integrator, step_s, slopes: [zeros(), zeros(), zeros(), zeros()], stage: zeros(), exact })
+        Ok(Self { integrator, step_s, scratch: RungeKutta::new(n), exact })
     }
 
     /// Moves `x` from `t_s` over `length_s`, in equal steps of at most the longest step.
@@ -133,43 +131,13 @@ impl Stepper {
         let h = length_s / f64::from(steps);
         for step in 0..steps {
             let t = t_s + f64::from(step) * h;
+            let slope = |share: f64, x: &[f64], x_dot: &mut [f64]| drive.slope(t + share * h, x, x_dot);
             match self.integrator {
-                Integrator::Midpoint => self.midpoint(drive, t, h, x),
-                Integrator::RungeKutta4 | Integrator::ExactZeroOrderHold => self.runge_kutta_4(drive, t, h, x),
+                Integrator::Midpoint => self.scratch.midpoint(h, x, slope),
+                Integrator::RungeKutta4 | Integrator::ExactZeroOrderHold => self.scratch.step(h, x, slope),
             }
             drive.system.normalise(x);
         }
-    }
-
-    fn runge_kutta_4<F: FnMut(f64, &mut [f64])>(&mut self, drive: &mut Drive<'_, F>, t: f64, h: f64, x: &mut [f64]) {
-        let [k_1, k_2, k_3, k_4] = &mut self.slopes;
-        let stage = &mut self.stage;
-        drive.slope(t, x, k_1);
-        move_along(stage, x, k_1, 0.5 * h);
-        drive.slope(t + 0.5 * h, stage, k_2);
-        move_along(stage, x, k_2, 0.5 * h);
-        drive.slope(t + 0.5 * h, stage, k_3);
-        move_along(stage, x, k_3, h);
-        drive.slope(t + h, stage, k_4);
-        let (first, inner, last) = (k_1.iter(), k_2.iter().zip(k_3.iter()), k_4.iter());
-        for (x, (k_1, ((k_2, k_3), k_4))) in x.iter_mut().zip(first.zip(inner.zip(last))) {
-            *x += (k_1 + (k_2 + k_3) * 2.0 + k_4) * (h / 6.0);
-        }
-    }
-
-    fn midpoint<F: FnMut(f64, &mut [f64])>(&mut self, drive: &mut Drive<'_, F>, t: f64, h: f64, x: &mut [f64]) {
-        let [k_1, k_2, ..] = &mut self.slopes;
-        drive.slope(t, x, k_1);
-        move_along(&mut self.stage, x, k_1, 0.5 * h);
-        drive.slope(t + 0.5 * h, &self.stage, k_2);
-        x.iter_mut().zip(k_2.iter()).for_each(|(x, k)| *x += k * h);
-    }
-}
-
-/// `to = from + h k`.
-fn move_along(to: &mut [f64], from: &[f64], k: &[f64], h: f64) {
-    for ((to, from), k) in to.iter_mut().zip(from).zip(k) {
-        *to = from + h * k;
     }
 }
 

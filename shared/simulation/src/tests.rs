@@ -5,4 +5,3 @@ mod continuation;
 mod filters;
 pub(crate) mod plants;
 mod sampling;
-mod speed;

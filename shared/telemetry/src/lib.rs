@@ -42,7 +42,7 @@ pub use layout::{Layout, Record, layout_hash};
 pub use names::{
     CODE_LISTS, CodeList, Domain, DoubtBasis, EventCode, Experiment, Identifiability, InertiaAgreement, InertialStatus,
     ModalStatus, ModeState, Parameter, PartitionId, Phase, Reason, SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG,
-    TARGET_NOT_SOLVED, TARGET_REFUSED, parameters, status_text, target_status_text,
+    TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text, target_status_text,
 };
 pub use records::*;
 pub use topics::*;

@@ -294,7 +294,7 @@ pub(crate) const fn hash_of_codes(mut hash: u32) -> u32 {
 pub const TARGET_CRC_WRONG: u16 = 1;
 /// `TargetEstimate::status`: the statement was rejected. It contradicts the identified parameters
 /// at p < 0.001, or its covariance is not positive definite.
-pub const TARGET_REFUSED: u16 = 2;
+pub const TARGET_REJECTED: u16 = 2;
 /// `TargetEstimate::status`: no target could be identified, because an estimate or the data sheet
 /// is missing, a covariance is not positive definite, or the search did not converge.
 pub const TARGET_NOT_SOLVED: u16 = 3;
@@ -308,7 +308,7 @@ pub const fn target_status_text(status: u16) -> &'static str {
     match status {
         0 => "",
         TARGET_CRC_WRONG => "crc wrong",
-        TARGET_REFUSED => "what the target states contradicts what was identified",
+        TARGET_REJECTED => "what the target states contradicts what was identified",
         TARGET_NOT_SOLVED => {
             "no solution: both experiments and the arm's data sheet are needed; or a covariance was not positive, or the search did not converge"
         }

@@ -70,6 +70,6 @@ impl OutFiles {
 }
 
 /// Without a folder nothing is written: no paths.
-pub fn only_told(diagnosis: &mut Diagnosis) {
+pub fn without_files(diagnosis: &mut Diagnosis) {
     (diagnosis.augmented_plant, diagnosis.next_experiment, diagnosis.report) = (None, None, None);
 }

@@ -29,7 +29,7 @@ impl Stimulus {
             Stimulus::OperatorResume => Event::OperatorResume,
             Stimulus::OperatorOverride => Event::OperatorOverride,
             Stimulus::Verdict { accepted: true, .. } => Event::ModelAccepted,
-            Stimulus::Verdict { accepted: false, .. } => Event::ModelRefused,
+            Stimulus::Verdict { accepted: false, .. } => Event::ModelRejected,
         }
     }
 }

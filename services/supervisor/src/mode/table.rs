@@ -8,7 +8,7 @@
 
 use Action::{Abandon, Arm, Captured, End, Excite, Ignore, Override};
 use Event::{
-    Check, ContactSeen, Elapsed, InputsLost, ModelAccepted, ModelRefused, OperatorOverride, OperatorResume,
+    Check, ContactSeen, Elapsed, InputsLost, ModelAccepted, ModelRejected, OperatorOverride, OperatorResume,
     PartitionLost, SafeCommand, Start, Timeout,
 };
 use Guard::{
@@ -40,7 +40,7 @@ pub enum Event {
     /// The validation accepted the model of an experiment.
     ModelAccepted = 7,
     /// The validation rejected it, or had no model to judge.
-    ModelRefused = 8,
+    ModelRejected = 8,
     /// Contact recognised from the data (derived).
     ContactSeen = 9,
     /// The intended duration of the state is over (derived).
@@ -61,7 +61,7 @@ impl Event {
         OperatorResume,
         Start,
         ModelAccepted,
-        ModelRefused,
+        ModelRejected,
         ContactSeen,
         Elapsed,
         Timeout,
@@ -100,7 +100,7 @@ impl Event {
             OperatorResume => "operator resume",
             Start => "start",
             ModelAccepted => "model accepted",
-            ModelRefused => "model refused",
+            ModelRejected => "model rejected",
             ContactSeen => "contact seen",
             Elapsed => "duration elapsed",
             Timeout => "timeout",
@@ -223,7 +223,7 @@ const fn to(state: ModeState) -> Next {
 const STAY: Next = Next::Stay;
 const ABORT: Next = Next::Abort;
 /// An experiment is over for the plan: its model is judged, or the wait for it is.
-const OVER: &[Event] = &[ModelAccepted, ModelRefused, Timeout];
+const OVER: &[Event] = &[ModelAccepted, ModelRejected, Timeout];
 
 /// The three experiments before capture differ in nothing but what they excite.
 const PRE_CAPTURE: &[Row] = &[
@@ -256,7 +256,7 @@ pub const TABLE: &[Block] = &[
             row(&[OperatorOverride], Always, Override, STAY),
             row(&[Start], Always, Arm, STAY),
             row(&[Timeout], Always, End, STAY),
-            row(&[SafeCommand, PartitionLost, InputsLost, ModelAccepted, ModelRefused], Always, Ignore, STAY),
+            row(&[SafeCommand, PartitionLost, InputsLost, ModelAccepted, ModelRejected], Always, Ignore, STAY),
             row(&[ContactSeen, Elapsed, Check], Always, Ignore, STAY),
         ],
     },
@@ -279,7 +279,7 @@ pub const TABLE: &[Block] = &[
             row(&[Check], Always, Ignore, STAY),
             row(&[Timeout], Running, Abandon, STAY),
             row(&[Timeout], Always, Ignore, STAY),
-            row(&[InputsLost, OperatorResume, ModelAccepted, ModelRefused], Always, Ignore, STAY),
+            row(&[InputsLost, OperatorResume, ModelAccepted, ModelRejected], Always, Ignore, STAY),
             row(&[ContactSeen, Elapsed], Always, Ignore, STAY),
         ],
     },
@@ -300,7 +300,7 @@ pub const TABLE: &[Block] = &[
             row(&[Timeout], Always, End, ABORT),
             row(&[Check], CaptureAllowed, Ignore, to(Capture)),
             row(&[Check], Always, Ignore, STAY),
-            row(&[InputsLost, OperatorResume, Start, ModelAccepted, ModelRefused, Elapsed], Always, Ignore, STAY),
+            row(&[InputsLost, OperatorResume, Start, ModelAccepted, ModelRejected, Elapsed], Always, Ignore, STAY),
         ],
     },
     Block {
@@ -319,7 +319,7 @@ pub const TABLE: &[Block] = &[
             row(&[ContactSeen], Always, Captured, to(MatedSettle)),
             row(&[Timeout], Always, Ignore, ABORT),
             row(&[OperatorOverride, OperatorResume, Start], Always, Ignore, STAY),
-            row(&[ModelAccepted, ModelRefused, Elapsed, Check], Always, Ignore, STAY),
+            row(&[ModelAccepted, ModelRejected, Elapsed, Check], Always, Ignore, STAY),
         ],
     },
     Block {
@@ -336,7 +336,7 @@ pub const TABLE: &[Block] = &[
             row(&[Elapsed], Always, Ignore, STAY),
             row(&[Timeout], Always, End, to(Standby)),
             row(&[InputsLost, OperatorOverride, OperatorResume, Start], Always, Ignore, STAY),
-            row(&[ModelAccepted, ModelRefused, ContactSeen, Check], Always, Ignore, STAY),
+            row(&[ModelAccepted, ModelRejected, ContactSeen, Check], Always, Ignore, STAY),
         ],
     },
     Block {

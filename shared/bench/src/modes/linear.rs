@@ -3,7 +3,7 @@
 
 use dynamics::description::{Initial, Plant};
 use dynamics::system::{StateSpace, System, Workspace};
-use dynamics::zero_order_hold::exponential;
+use estimation::matrix_exponential;
 use modal::c64;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -67,7 +67,7 @@ pub fn closed_loop(plant: &Plant, accelerometers: &[usize]) -> Option<Vec<TrueMo
     let mut joint = DMatrix::zeros(n + 1, n + 1);
     joint.view_mut((0, 0), (n, n)).copy_from(&(&space.a * period));
     joint.view_mut((0, n), (n, 1)).copy_from(&(space.b.columns(0, 1) * period));
-    let held = exponential(joint);
+    let held = matrix_exponential(joint);
     let feedback = DVector::from_fn(n + 1, |state, _| match state {
         state if state < n => -(kp + ki * period) * space.c[(angle, state)] - kd * space.c[(rate, state)],
         _ => ki,

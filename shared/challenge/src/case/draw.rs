@@ -1,7 +1,7 @@
 //! A case from its seed and index.
 
 use super::search::{rival, scale, shaped};
-use super::{Astray, Class, Exam, Sealed, Truth, digest, recording_digest};
+use super::{BiasedParameter, Class, Exam, Sealed, Truth, digest, recording_digest};
 use crate::bench::{BENCHES, Bench, Entry, kept};
 use crate::disturb::{Disturbance, NoiseKind, WRONG, disturbance, input_sigma, sensor_sigma};
 use crate::equations::Numbers;
@@ -45,9 +45,9 @@ fn noise_of(case: u64, class: Class, plant: &Plant) -> NoiseKind {
     }
     let wrong = null / 3 * 2 + null % 3 - 1;
     let kind = WRONG[(wrong % 6) as usize];
-    // noise that is not there cannot double; a louder sensor takes its turn
+    // noise that is not there cannot double; a sensor of higher variance takes its turn
     let quiet = plant.actuators.iter().all(|actuator| actuator.noise.value == 0.0);
-    if kind == NoiseKind::ActuatorDouble && quiet { NoiseKind::SensorLouder } else { kind }
+    if kind == NoiseKind::ActuatorDouble && quiet { NoiseKind::SensorNoiseHigher } else { kind }
 }
 
 /// Draws the parameters of `plant` from their priors: those of all recordings, and those of the
@@ -237,12 +237,10 @@ pub fn case(seed: u64, case: u64) -> Sealed {
     let held_out = other.record(&chosen.list, "held_out");
     let left_out = class == Class::LeftOut;
     let without = if left_out { chosen.without.clone() } else { Vec::new() };
-    let astray = chosen
-        .realised
-        .first()
-        .filter(|_| class == Class::Masked)
-        .and_then(most_biased)
-        .map(|(name, shift)| Astray { name: name.clone(), truth: setup.numbers.get(name), shift_sigma: *shift });
+    let biased =
+        chosen.realised.first().filter(|_| class == Class::Masked).and_then(most_biased).map(|(name, shift)| {
+            BiasedParameter { name: name.clone(), truth: setup.numbers.get(name), shift_sigma: *shift }
+        });
     let truth = Truth {
         case,
         class: if chosen.list.is_empty() { Class::Null } else { class },
@@ -257,7 +255,7 @@ pub fn case(seed: u64, case: u64) -> Sealed {
         kappa: chosen.realised.first().map_or(0.0, |found| found.kappa),
         rho,
         rival,
-        astray,
+        biased,
         window: chosen.list.first().and_then(|(hidden, _)| window(hidden)),
         numbers: priors(&plant).into_iter().map(|(name, _)| (name.clone(), setup.numbers.get(&name))).collect(),
         recordings: vec![recording_digest(&recording), recording_digest(&held_out)],

@@ -22,7 +22,7 @@ fn truth(class: Class, noise: NoiseKind, effects: &[(&str, &str)], d: f64) -> Tr
         kappa: 0.0,
         rho: 0.0,
         rival: String::new(),
-        astray: None,
+        biased: None,
         window: None,
         numbers: Vec::new(),
         recordings: Vec::new(),

@@ -35,6 +35,24 @@ pub struct LocalOptimum {
 }
 
 impl FittedModel {
+    /// The plant of `fit` without effects to be counted, at its only optimum.
+    pub fn new(problem: Problem, fit: Fit, noise: NoiseModel, objective: f64) -> Self {
+        Self { plant: fit.plant.clone(), problem, fit, noise, objective, free: 0, optima: Vec::new() }
+    }
+
+    /// One optimum instead of several: the best, its standard deviations over all of them.
+    pub fn merged(&self) -> Self {
+        Self {
+            plant: self.plant.clone(),
+            problem: self.problem.clone(),
+            fit: Fit { sigma: self.sigma(), ..self.fit.clone() },
+            noise: self.noise.clone(),
+            objective: self.objective,
+            free: self.free,
+            optima: Vec::new(),
+        }
+    }
+
     /// Posterior standard deviations over all local optima, one for each unknown, in its unit.
     pub fn sigma(&self) -> Vec<f64> {
         let weight = |optimum: &LocalOptimum| libm::exp(-0.5 * (optimum.objective - self.objective));

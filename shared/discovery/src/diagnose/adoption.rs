@@ -2,7 +2,7 @@
 
 use super::held_out_evidence::block_terms;
 use super::screening::Screening;
-use super::{ALPHA_SHARE_IDENTIFIED, AcceptedModel, Adopted, Options, RIVAL_SPAN, RivalEffect, Unfitted};
+use super::{ALPHA_SHARE_IDENTIFIED, Adopted, Options, RIVAL_SPAN, RivalEffect, Unfitted};
 use crate::compete::{
     FittedModel, ModelHypothesis, Nominal, Outcome, Ranking, SET_MAX, Subset, Veto, compete, rank, weights,
 };
@@ -41,7 +41,7 @@ pub(super) struct SearchRound {
 /// fitted.
 pub(super) fn step(
     session: &EstimationSession<'_>,
-    best: &AcceptedModel,
+    best: &FittedModel,
     found: &Screening,
     room: usize,
     options: &Options,
@@ -249,29 +249,9 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
     list
 }
 
-impl AcceptedModel {
-    /// As `refit` has it, its standard deviations over all local optima.
-    pub(super) fn of(refit: &FittedModel) -> Self {
-        Self {
-            plant: refit.plant.clone(),
-            problem: refit.problem.clone(),
-            fit: Fit { sigma: refit.sigma(), ..refit.fit.clone() },
-            noise: refit.noise.clone(),
-            objective: refit.objective,
-        }
-    }
-}
-
-impl From<AcceptedModel> for FittedModel {
-    fn from(best: AcceptedModel) -> Self {
-        let AcceptedModel { plant, problem, fit, noise, objective } = best;
-        Self { plant, problem, fit, noise, objective, free: 0, optima: Vec::new() }
-    }
-}
-
 /// Least objective of the accepted plant under the noise of `refit`: from its own parameters and
 /// from those of `refit`, fitted again, then the noise.
-fn nominal_with(session: &EstimationSession<'_>, best: &AcceptedModel, refit: &FittedModel) -> Option<f64> {
+fn nominal_with(session: &EstimationSession<'_>, best: &FittedModel, refit: &FittedModel) -> Option<f64> {
     let search = Search { sweeps: 4, colour: true, scan: false };
     let own = maximise(session, &best.fit.linearised, &best.fit.theta, &[], &refit.noise, search)?;
     let theirs = session.start_from(&refit.problem.unknowns, &refit.fit.theta);

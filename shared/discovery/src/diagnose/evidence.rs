@@ -1,7 +1,7 @@
 //! Whiteness of innovations, and where the evidence for an effect lies.
 
-use super::AcceptedModel;
 use super::report::Where;
+use crate::compete::FittedModel;
 use crate::score::{Column, Score};
 use estimation::consistency::ljung_box;
 use identification::filter::NoiseModel;
@@ -36,7 +36,7 @@ pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseMode
 /// its middle eight tenths.
 pub(super) fn locate(
     session: &EstimationSession<'_>,
-    before: &AcceptedModel,
+    before: &FittedModel,
     column: &Column,
     score: &Score,
     p: f64,

@@ -1,7 +1,8 @@
 //! Data of the report's figures, thinned to what a figure resolves.
 
 use super::report::{Angles, EvidenceCurve, Figures, LawCell, LawMap, Overlay, Tile};
-use super::{AcceptedModel, Adopted, Screening};
+use super::{Adopted, Screening};
+use crate::compete::FittedModel;
 use crate::score::cosine;
 use crate::unknown_law::{Acts, Cell, Coordinate, UnknownLaw};
 use core::f64::consts::TAU;
@@ -18,7 +19,7 @@ const ANGLES_MAX: usize = 8;
 pub(super) fn figures(
     session: &EstimationSession<'_>,
     before: (&LinearisedProblem, &NoiseModel),
-    best: &AcceptedModel,
+    best: &FittedModel,
     adopted: &[Adopted],
     screening: &Screening,
     map: Option<&UnknownLaw>,

@@ -2,7 +2,8 @@
 //! from the others.
 
 use super::report::{HeldOutKind, Overlay};
-use super::{AcceptedModel, Options, figures};
+use super::{Options, figures};
+use crate::compete::FittedModel;
 use crate::score::event_of_sample;
 use dynamics::description::{Plant, Quantity, Scope};
 use identification::filter::{NoiseModel, gains};
@@ -38,7 +39,7 @@ pub(super) fn held_out(
     problem: &Problem,
     session: &EstimationSession<'_>,
     stated: &Fit,
-    best: &AcceptedModel,
+    best: &FittedModel,
     nothing: bool,
     options: &Options,
 ) -> HeldOutEvidence {
@@ -83,7 +84,7 @@ struct Pair<'a> {
 fn predicting<T>(
     other: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
-    best: &AcceptedModel,
+    best: &FittedModel,
     options: &Options,
     look: impl FnOnce(Pair<'_>) -> Option<T>,
 ) -> Option<T> {
@@ -109,7 +110,7 @@ fn predicting<T>(
 fn on_recording(
     other: &Problem,
     own: (&EstimationSession<'_>, &Fit),
-    best: &AcceptedModel,
+    best: &FittedModel,
     options: &Options,
 ) -> Option<HeldOutParts> {
     predicting(other, own, best, options, |Pair { before, after, .. }| {
@@ -127,7 +128,7 @@ fn on_recording(
 /// Cost: a prediction for every parameter of the effects, and the pair they are predicted beside.
 pub(super) fn with_expected_gain(
     own: (&EstimationSession<'_>, &Fit),
-    best: &AcceptedModel,
+    best: &FittedModel,
     gain: Gain,
     options: &Options,
 ) -> Gain {
@@ -143,7 +144,7 @@ pub(super) fn with_expected_gain(
 
 /// The fitted parameters with those of the effects moved along each column of a root of their
 /// posterior covariance, by their standard deviations (over all local optima) and correlations.
-fn moved(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<Vec<Vec<f64>>> {
+fn moved(session: &EstimationSession<'_>, best: &FittedModel) -> Option<Vec<Vec<f64>>> {
     let own = EstimationSession::like(session, &best.problem).ok()?;
     let fit = &best.fit;
     let covariance = fit.linearised.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
@@ -231,7 +232,7 @@ fn on_blocks(
     problem: &Problem,
     session: &EstimationSession<'_>,
     stated: &Fit,
-    best: &AcceptedModel,
+    best: &FittedModel,
     options: &Options,
 ) -> Option<HeldOutParts> {
     let after_session = EstimationSession::like(session, &best.problem).ok()?;

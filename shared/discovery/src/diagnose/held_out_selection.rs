@@ -7,7 +7,7 @@
 
 use super::held_out_evidence::{HeldOutEvidence, held_out, with_expected_gain};
 use super::search::SearchResult;
-use super::{AcceptedModel, Adopted, Options, RIVAL_SPAN, status};
+use super::{Adopted, Options, RIVAL_SPAN, status};
 use crate::compete::{FittedModel, multistart, refine_onsets};
 use crate::score::Column;
 use core::cmp::Ordering;
@@ -29,9 +29,9 @@ pub(super) struct HeldOutSelection {
     /// For each adopted effect, in their order.
     pub status: Vec<Status>,
     /// The plant with the effects that are confirmed each on its own, where the set is.
-    pub model: AcceptedModel,
+    pub model: FittedModel,
     /// Rejected effects, with the plant that had them.
-    pub rejected: Vec<(Adopted, AcceptedModel)>,
+    pub rejected: Vec<(Adopted, FittedModel)>,
 }
 
 /// The plant without one of its effects, and the gain on held-out data of the plant with it.
@@ -124,27 +124,27 @@ fn worst(parts: &[Option<Part>], meant: impl Fn(&Gain, f64) -> bool) -> Option<u
 }
 
 impl HeldOutTest<'_> {
-    fn held_out(&self, best: &AcceptedModel, nothing: bool) -> HeldOutEvidence {
+    fn held_out(&self, best: &FittedModel, nothing: bool) -> HeldOutEvidence {
         held_out(self.problem, self.session, self.stated, best, nothing, self.options)
     }
 
     /// The fit without some effects after multistart, its standard deviations over all local
     /// optima.
-    fn standing(&self, left: FittedModel, adopted: &[Adopted]) -> AcceptedModel {
+    fn standing(&self, left: FittedModel, adopted: &[Adopted]) -> FittedModel {
         let columns: Vec<&Column> = adopted.iter().map(|own| &own.column).collect();
-        AcceptedModel::of(&multistart(self.session, refine_onsets(self.session, left, &columns), &columns))
+        multistart(self.session, refine_onsets(self.session, left, &columns), &columns).merged()
     }
 
     /// Tests each of `adopted` on its own, where there are several.
     ///
     /// Cost: a fit and a prediction each.
-    fn parts(&self, best: &AcceptedModel, adopted: &[Adopted]) -> Vec<Option<Part>> {
+    fn parts(&self, best: &FittedModel, adopted: &[Adopted]) -> Vec<Option<Part>> {
         let several = adopted.len() > 1;
         adopted.iter().map(|own| several.then(|| self.part(best, own)).flatten()).collect()
     }
 
-    fn part(&self, best: &AcceptedModel, own: &Adopted) -> Option<Part> {
-        let without = FittedModel::from(best.clone()).without(self.session, &own.column)?;
+    fn part(&self, best: &FittedModel, own: &Adopted) -> Option<Part> {
+        let without = best.without(self.session, &own.column)?;
         let session = EstimationSession::like(self.session, &without.problem).ok()?;
         let gain = held_out(&without.problem, &session, &without.fit, best, false, self.options).gain?;
         drop(session);
@@ -208,7 +208,7 @@ struct ParameterSet {
 }
 
 impl ParameterSet {
-    fn of(standing: &AcceptedModel, behind: f64) -> Self {
+    fn of(standing: &FittedModel, behind: f64) -> Self {
         let (unknowns, fit) = (&standing.problem.unknowns, &standing.fit);
         let numbers = unknowns.iter().zip(&fit.theta).zip(&fit.sigma);
         Self { list: numbers.map(|((unknown, theta), sigma)| (unknown.name.clone(), *theta, *sigma)).collect(), behind }
@@ -221,7 +221,7 @@ impl ParameterSet {
 /// ```text
 /// σ² ← Σ w_i (σ_i² + (θ_i − θ)²) / Σ w_i,   never below its own
 /// ```
-fn widen(best: &mut AcceptedModel, sets: &[ParameterSet], lead: f64) {
+fn widen(best: &mut FittedModel, sets: &[ParameterSet], lead: f64) {
     let open: Vec<&ParameterSet> = sets.iter().filter(|set| set.behind - lead <= RIVAL_SPAN).collect();
     let fit = &mut best.fit;
     for ((unknown, theta), sigma) in best.problem.unknowns.iter().zip(&fit.theta).zip(&mut fit.sigma) {

@@ -1,7 +1,8 @@
 //! The next experiment where an effect is not decided: the pair in question, the menu, and its
 //! sentences.
 
-use super::{AcceptedModel, Adopted, RivalEffect};
+use super::{Adopted, RivalEffect};
+use crate::compete::FittedModel;
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
 use dynamics::description::Plant;
 use identification::fit::EstimationSession;
@@ -24,7 +25,7 @@ pub(super) enum Next {
     Never(String),
 }
 
-pub(super) fn next(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &[Adopted]) -> Next {
+pub(super) fn next(session: &EstimationSession<'_>, best: &FittedModel, adopted: &[Adopted]) -> Next {
     let open = adopted.iter().filter(|own| own.weight < DECIDED_WEIGHT_MIN);
     let Some((own, rival)) =
         open.min_by(|a, b| a.weight.total_cmp(&b.weight)).and_then(|own| Some((own, strongest(own)?)))
@@ -77,7 +78,7 @@ fn in_words(own: &Adopted, rival: &RivalEffect, menu: &[Experiment]) -> Next {
 }
 
 /// The plant with the fitted parameters and their standard deviations.
-pub(super) fn posterior(best: &AcceptedModel) -> Plant {
+pub(super) fn posterior(best: &FittedModel) -> Plant {
     let mut plant = best.plant.clone();
     let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))
         .filter(|(unknown, _)| unknown.recording.is_none())

@@ -3,8 +3,8 @@
 //!
 //! The law may replace one adopted effect or all of them.
 
+use super::Adopted;
 use super::screening::{Screening, along_noise_free_loop};
-use super::{AcceptedModel, Adopted};
 use crate::compete::{BIC_PREFERENCE, FittedModel, free_parameters};
 use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
@@ -21,15 +21,15 @@ const LINEARISATION_ERROR_SHARE: f64 = 1e-3;
 /// without it.
 pub(super) fn more_parsimonious_law(
     session: &EstimationSession<'_>,
-    nominal: &AcceptedModel,
-    (best, adopted): (&AcceptedModel, &[Adopted]),
+    nominal: &FittedModel,
+    (best, adopted): (&FittedModel, &[Adopted]),
     screening: &Screening,
 ) -> Option<UnknownLaw> {
     let of_one_number = |c: &&Column| c.raw.len() == 1 && free_parameters(&c.candidate, 1) == 1;
     let named: Vec<Candidate> =
         screening.columns.iter().filter(of_one_number).map(|column| column.candidate.clone()).collect();
-    let mut found: Vec<(Plain, AcceptedModel, f64)> = Vec::new();
-    let mut look = |base: AcceptedModel, numbers: f64| {
+    let mut found: Vec<(Plain, FittedModel, f64)> = Vec::new();
+    let mut look = |base: FittedModel, numbers: f64| {
         let plain = at(session, &base, best, &named);
         found.extend(plain.map(|plain| (plain, base, numbers)));
     };
@@ -44,13 +44,13 @@ pub(super) fn more_parsimonious_law(
             break;
         }
         let begun = session.work.spent();
-        if let Some(without) = FittedModel::from(best.clone()).without(session, &own.column) {
-            look(AcceptedModel::of(&without), own.parameter_count());
+        if let Some(without) = best.without(session, &own.column) {
+            look(without.merged(), own.parameter_count());
         }
         each = each.max(0.5 * (session.work.spent() - begun));
     }
     let price = libm::log(session.samples.max(2) as f64);
-    let ahead = |(plain, base, numbers): &(Plain, AcceptedModel, f64)| {
+    let ahead = |(plain, base, numbers): &(Plain, FittedModel, f64)| {
         let explained = (base.objective - best.objective).max(0.0);
         best.objective - plain.objective + price * (numbers - 1.0) - LINEARISATION_ERROR_SHARE * explained
     };
@@ -64,12 +64,7 @@ pub(super) fn more_parsimonious_law(
 }
 
 /// The best one-parameter law on the plant `base`, under the noise of `best`.
-fn at(
-    session: &EstimationSession<'_>,
-    base: &AcceptedModel,
-    best: &AcceptedModel,
-    named: &[Candidate],
-) -> Option<Plain> {
+fn at(session: &EstimationSession<'_>, base: &FittedModel, best: &FittedModel, named: &[Candidate]) -> Option<Plain> {
     let own = EstimationSession::like(session, &base.problem).ok()?;
     let (linearised, theta): (&LinearisedProblem, _) = (&base.fit.linearised, &base.fit.theta);
     along_noise_free_loop(&own, base, |along| {

@@ -6,8 +6,9 @@
 //! `z = ±√(2 ln p(c) − 2 ln p(0))`. Under the effect its expectation is `|c'|`, else z is standard
 //! normal.
 
+use super::Adopted;
 use super::held_out_evidence::carried;
-use super::{AcceptedModel, Adopted};
+use crate::compete::FittedModel;
 use crate::score::{Column, columns};
 use identification::filter::NoiseModel;
 use identification::fit::noise::{Search, maximise};
@@ -43,7 +44,7 @@ impl Repeat {
 pub(super) fn test_on_repeat(
     repeat: &Problem,
     nominal: (&EstimationSession<'_>, &Fit, &NoiseModel),
-    best: &AcceptedModel,
+    best: &FittedModel,
     adopted: &[Adopted],
 ) -> Option<Repeat> {
     let (first, stated, noise) = nominal;

@@ -1,7 +1,8 @@
 //! Screening: every effect at every site with its score, on grids first, then refined where it is
 //! promising.
 
-use super::{AcceptedModel, Options};
+use super::Options;
+use crate::compete::FittedModel;
 use crate::compete::subsets::noise_hypotheses;
 use crate::score::refine::refined;
 use crate::score::{
@@ -32,7 +33,7 @@ impl Screening {
 /// loop without that noise.
 pub(super) fn along_noise_free_loop<T>(
     session: &EstimationSession<'_>,
-    best: &AcceptedModel,
+    best: &FittedModel,
     look: impl FnOnce((&EstimationSession<'_>, &LinearisedProblem)) -> T,
 ) -> T {
     let (linearised, theta) = (&best.fit.linearised, &best.fit.theta);
@@ -45,14 +46,14 @@ pub(super) fn along_noise_free_loop<T>(
     look(loops.as_ref().map_or((session, linearised), |(session, linearised)| (session, linearised)))
 }
 
-pub(super) fn screen(session: &EstimationSession<'_>, best: &AcceptedModel, options: &Options) -> Screening {
+pub(super) fn screen(session: &EstimationSession<'_>, best: &FittedModel, options: &Options) -> Screening {
     along_noise_free_loop(session, best, |along| screen_along(session, along, best, options))
 }
 
 fn screen_along(
     session: &EstimationSession<'_>,
     along: (&EstimationSession<'_>, &LinearisedProblem),
-    best: &AcceptedModel,
+    best: &FittedModel,
     options: &Options,
 ) -> Screening {
     let (linearised, theta) = (&best.fit.linearised, &best.fit.theta);
@@ -87,7 +88,7 @@ fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {
 
 /// The last noise hypothesis (all noise as stated) scaled to the innovations; `None` where it is
 /// the adapted noise.
-fn scaled_stated_noise(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<NoiseModel> {
+fn scaled_stated_noise(session: &EstimationSession<'_>, best: &FittedModel) -> Option<NoiseModel> {
     let (found, stated) = (&best.noise, &session.noise);
     let sizes = |noise: &NoiseModel| [noise.input_sigma.clone(), noise.sensor_sigma.clone()].concat();
     let is_larger = sizes(found).iter().zip(&sizes(stated)).any(|(sigma, stated)| *sigma > GROWN_NOISE_RATIO * stated);
@@ -99,7 +100,7 @@ fn scaled_stated_noise(session: &EstimationSession<'_>, best: &AcceptedModel) ->
 }
 
 /// Lines of the innovations of the longest run, and orders at which they repeat over a joint.
-fn longest(session: &EstimationSession<'_>, best: &AcceptedModel) -> (Lines, Vec<Orders>) {
+fn longest(session: &EstimationSession<'_>, best: &FittedModel) -> (Lines, Vec<Orders>) {
     let runs = best.fit.linearised.linears.iter().zip(session.timelines.iter());
     let Some((linear, timeline)) = runs.max_by_key(|(linear, _)| linear.nu.len()) else { return Default::default() };
     let sigma = &session.noise.sensor_sigma;
@@ -110,7 +111,7 @@ fn longest(session: &EstimationSession<'_>, best: &AcceptedModel) -> (Lines, Vec
 const GRID_WORK_SHARE: f64 = 0.04;
 
 /// Bounds the work: every law stays, points of its grid are dropped.
-fn thin(session: &EstimationSession<'_>, best: &AcceptedModel, list: &mut Vec<Candidate>) {
+fn thin(session: &EstimationSession<'_>, best: &FittedModel, list: &mut Vec<Candidate>) {
     let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
     let keep =
         session.work.affords(GRID_WORK_SHARE, session.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;

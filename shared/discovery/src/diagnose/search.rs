@@ -5,7 +5,7 @@
 
 use super::adoption::{SearchRound, step};
 use super::screening::{Screening, screen};
-use super::{AcceptedModel, Adopted, Options, Phase, RIVAL_SPAN, RivalEffect, Unfitted};
+use super::{Adopted, Options, Phase, RIVAL_SPAN, RivalEffect, Unfitted};
 use crate::compete::{BIC_PREFERENCE, FittedModel, free_parameters, multistart, refine_onsets, weights};
 use crate::score::{Column, cosine};
 use identification::fit::EstimationSession;
@@ -13,15 +13,15 @@ use std::rc::Rc;
 
 /// Result of the search.
 pub(super) struct SearchResult {
-    pub best: AcceptedModel,
+    pub best: FittedModel,
     pub adopted: Vec<Adopted>,
     pub unfitted: Vec<Unfitted>,
     /// The scored catalogue on the nominal plant.
     pub screening: Rc<Screening>,
     /// Smaller sets accepted on the way, nearest first.
-    pub smaller: Vec<(Vec<Adopted>, AcceptedModel)>,
+    pub smaller: Vec<(Vec<Adopted>, FittedModel)>,
     /// Sets that the recording does not exclude beside the last one adopted, and their ΔBIC.
-    pub rivals: Vec<(Vec<Adopted>, AcceptedModel, f64)>,
+    pub rivals: Vec<(Vec<Adopted>, FittedModel, f64)>,
     /// Gain of a different noise model on the accepted plant [−2 ln p].
     pub unknown_noise: f64,
 }
@@ -33,7 +33,7 @@ pub(super) struct SearchResult {
 /// `session.work`.
 pub(super) fn searched(
     session: &EstimationSession<'_>,
-    (nominal, screened): (AcceptedModel, Rc<Screening>),
+    (nominal, screened): (FittedModel, Rc<Screening>),
     options: &Options,
     progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<SearchResult, String> {
@@ -70,7 +70,7 @@ pub(super) fn searched(
 }
 
 impl SearchResult {
-    fn nominal(best: AcceptedModel, screening: Rc<Screening>) -> Self {
+    fn nominal(best: FittedModel, screening: Rc<Screening>) -> Self {
         let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self { best, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 }
     }
@@ -107,15 +107,12 @@ impl SearchResult {
     fn join(&mut self, session: &EstimationSession<'_>, step: SearchRound, refit: FittedModel) -> (FittedModel, usize) {
         // nearest first: without the effects of this round, then its own smaller sets before that
         let joined = |set: Vec<Adopted>| self.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
-        let mut nearest: Vec<(Vec<Adopted>, AcceptedModel)> =
-            step.smaller.into_iter().map(|(set, refit)| (joined(set), AcceptedModel::of(&refit))).collect();
-        self.rivals = step
-            .rivals
-            .into_iter()
-            .map(|(set, refit, behind)| (joined(set), AcceptedModel::of(&refit), behind))
-            .collect();
+        let mut nearest: Vec<(Vec<Adopted>, FittedModel)> =
+            step.smaller.into_iter().map(|(set, refit)| (joined(set), refit.merged())).collect();
+        self.rivals =
+            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), refit.merged(), behind)).collect();
         let (refit, left) = relieved(session, refit, &self.adopted);
-        let before = core::mem::replace(&mut self.best, AcceptedModel::of(&refit));
+        let before = core::mem::replace(&mut self.best, refit.merged());
         let gained = before.objective - self.best.objective;
         if left.contains(&true) {
             // they hold a removed effect
@@ -184,7 +181,7 @@ impl SearchResult {
         let is_gone = |own: &Adopted| gone.iter().any(|gone| own.column.candidate.same_law(&gone.column.candidate));
         let price = libm::log(session.samples.max(2) as f64) * gone.iter().map(Adopted::parameter_count).sum::<f64>();
         let gained = before - refit.objective + price;
-        self.best = AcceptedModel::of(&refit);
+        self.best = refit.merged();
         self.adopted.retain(|own| !is_gone(own));
         self.rivals.retain(|(set, ..)| !set.iter().any(is_gone));
         self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
@@ -197,7 +194,7 @@ impl SearchResult {
         let refit = multistart(session, refine_onsets(session, refit, &columns), &columns);
         let gained = self.best.objective - refit.objective;
         self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
-        self.best = AcceptedModel::of(&refit);
+        self.best = refit.merged();
         refit
     }
 
@@ -222,7 +219,7 @@ fn reconsidered(
     options: &Options,
 ) -> Option<FittedModel> {
     let gone = found.adopted[place].clone();
-    let without = AcceptedModel::of(&refit.without(session, &gone.column)?);
+    let without = refit.without(session, &gone.column)?.merged();
     let own = EstimationSession::like(session, &without.problem).ok()?;
     let screened = screen(&own, &without, options);
     let step = step(&own, &without, &screened, 1, options);
@@ -236,15 +233,14 @@ fn reconsidered(
     let others = step.rivals.iter().filter_map(|(set, rival, more)| Some((set.first()?, rival, behind + more)));
     let all = (!wins).then_some((&new, &again, behind)).into_iter().chain(others);
     let rivals = all.filter(|(other, ..)| !same(other));
-    let rivals: Vec<_> = rivals
-        .map(|(other, rival, behind)| (found.with(place, other.clone()), AcceptedModel::of(rival), behind))
-        .collect();
+    let rivals: Vec<_> =
+        rivals.map(|(other, rival, behind)| (found.with(place, other.clone()), rival.merged(), behind)).collect();
     if wins {
         found.rivals.iter_mut().for_each(|(.., behind)| *behind += ahead);
         if !same(&new) {
             found.rivals.push((found.adopted.clone(), found.best.clone(), ahead));
         }
-        found.best = AcceptedModel::of(&again);
+        found.best = again.merged();
     }
     found.rivals.extend(rivals);
     found.adopted[place] = if wins || same(&new) { new } else { gone.beside(&new, behind) };

@@ -8,7 +8,8 @@
 
 use super::held_out_selection::{HeldOutSelection, select_on_held_out};
 use super::search::{SearchResult, searched};
-use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, AcceptedModel, Options};
+use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, Options};
+use crate::compete::FittedModel;
 use examination::doctor::probability;
 use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
@@ -25,7 +26,7 @@ const SUSPICION_LEVEL: f64 = 0.1;
 pub(super) fn confirmed(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
-    (nominal, alone): (&AcceptedModel, &SearchResult),
+    (nominal, alone): (&FittedModel, &SearchResult),
     options: &Options,
     notes: &mut Vec<String>,
 ) -> Option<(SearchResult, HeldOutSelection)> {

@@ -1,6 +1,7 @@
 use super::*;
-use crate::synthetic::{coloured, louder, off_priors, plant, problem, recording, with_effect};
+use crate::synthetic::{coloured, of_higher_variance, off_priors, plant, problem, recording, with_effect};
 use channels::Recording;
+use dynamics::description::Plant;
 
 const SHORT: [(&str, f64); 3] = [("pendulum", 6.0), ("oscillator", 1.0), ("drive_rig", 1.0)];
 
@@ -190,7 +191,9 @@ fn a_number_far_from_what_the_file_states_is_no_silence() {
 fn a_wrong_noise_model_is_called_that_and_nothing_else() {
     for (name, duration_s) in SHORT {
         let nominal = plant(name);
-        for recorded in [recording(&louder(&nominal, 1.3), 11, duration_s), coloured(&nominal, 12, duration_s, 0.6)] {
+        for recorded in
+            [recording(&of_higher_variance(&nominal, 1.3), 11, duration_s), coloured(&nominal, 12, duration_s, 0.6)]
+        {
             let found = diagnosed(&nominal, recorded);
             assert_eq!(found.verdict, Verdict::NoiseModel, "{name}: {}", found.reason);
             // what changed by chance is no word worth

@@ -7,8 +7,8 @@ use super::next::{Next, next, posterior};
 use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
-use super::{ALPHA_SHARE_UNIDENTIFIED, AcceptedModel, Adopted, ResidualTests, Unfitted, status};
-use crate::compete::{Multiplicity, onset_estimates};
+use super::{ALPHA_SHARE_UNIDENTIFIED, Adopted, ResidualTests, Unfitted, status};
+use crate::compete::{FittedModel, Multiplicity, onset_estimates};
 use crate::omnibus::{Outliers, StrongestBin};
 use crate::score::{Candidate, Score};
 use crate::unknown_law::{Acts, UnknownLaw};
@@ -22,7 +22,7 @@ use identification::statistics::chi_squared_tail;
 pub(super) struct Findings<'a> {
     pub session: &'a EstimationSession<'a>,
     pub stated: &'a Fit,
-    pub best: &'a AcceptedModel,
+    pub best: &'a FittedModel,
     pub adopted: &'a [Adopted],
     pub unfitted: &'a [Unfitted],
     pub screening: &'a Screening,
@@ -42,7 +42,7 @@ pub(super) struct Findings<'a> {
 
 impl Findings<'_> {
     /// The plant that holds an effect of this status.
-    fn with(&self, status: Status) -> &AcceptedModel {
+    fn with(&self, status: Status) -> &FittedModel {
         if status == Status::Confirmed { &self.selection.model } else { self.best }
     }
 }
@@ -134,13 +134,8 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
         .collect();
     diagnosis.effects.extend(findings.unfitted.iter().map(|lost| unfitted(findings, lost)));
     held_out(findings, &mut diagnosis);
-    let before = AcceptedModel {
-        plant: findings.stated.plant.clone(),
-        problem: session.problem.clone(),
-        fit: findings.stated.clone(),
-        noise: session.noise.clone(),
-        objective: 0.0,
-    };
+    let stated = findings.stated.clone();
+    let before = FittedModel::new(session.problem.clone(), stated, session.noise.clone(), 0.0);
     if let Some(first) = findings.adopted.first() {
         diagnosis.located.extend(locate(session, &before, &first.column, &first.score, first.p));
     }
@@ -549,7 +544,7 @@ fn changes(session: &EstimationSession<'_>, noise: &NoiseModel) -> Vec<(f64, Str
     list
 }
 
-fn effect(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &Adopted, status: Status) -> EffectReport {
+fn effect(session: &EstimationSession<'_>, best: &FittedModel, adopted: &Adopted, status: Status) -> EffectReport {
     let rivals = adopted.rivals.iter().map(|rival| Rival {
         kind: rival.kind.to_owned(),
         site: rival.site.clone(),
@@ -575,7 +570,7 @@ fn effect(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &Adopt
 }
 
 /// Estimated parameters of the effect of `candidate`, and its searched times.
-fn parameters(session: &EstimationSession<'_>, best: &AcceptedModel, candidate: &Candidate) -> Vec<ParameterReport> {
+fn parameters(session: &EstimationSession<'_>, best: &FittedModel, candidate: &Candidate) -> Vec<ParameterReport> {
     let prefix = format!("effect.{}@{}.", candidate.effect.kind, candidate.site);
     let times = EstimationSession::like(session, &best.problem).ok();
     let times = times.and_then(|own| onset_estimates(&own, (&best.fit, &best.noise), candidate));

@@ -80,15 +80,15 @@ impl<'a> Course<'a> {
         let (mut begin, mut end, mut pushed) = (zeros(x), zeros(x), [zeros(n), zeros(n)]);
         for k in 0..events {
             let event = timeline.events[k];
-            let is_asked = k % every == 0;
-            if is_asked {
+            let is_wanted = k % every == 0;
+            if is_wanted {
                 let samples = event.first..event.first + event.count;
                 let (theirs, ours) = (&mut out.reading[samples.clone()], &self.reading[samples]);
                 mean.read(linear, other, k, theirs);
                 theirs.iter_mut().zip(ours).for_each(|(theirs, ours)| *theirs -= ours);
             }
             mean.keep(linear, other, k);
-            if !is_asked || k + 1 == events || n == 0 || readings_alone {
+            if !is_wanted || k + 1 == events || n == 0 || readings_alone {
                 continue;
             }
             motion(linear, other, k, (&mut begin, &mut end));

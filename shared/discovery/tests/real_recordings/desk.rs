@@ -1,6 +1,6 @@
 //! What every test needs: recordings as channels, plants, and the diagnosis in print.
 
-use channels::{Channel, Recording};
+use channels::Recording;
 use discovery::diagnose::{Diagnosis, Options, diagnose};
 use dynamics::description::Plant;
 use identification::problem::Problem;
@@ -28,45 +28,22 @@ pub fn read(folder: &std::path::Path, file: &str) -> Vec<Recording> {
     sets.into_iter().enumerate().map(one).collect()
 }
 
-/// Every `stride`-th sample within `[begin_s, end_s)`: what a slower recorder would have written.
-pub fn part(recording: &Recording, begin_s: f64, end_s: f64, stride: usize) -> Recording {
-    let cut = |channel: &Channel| {
-        let keep: Vec<usize> = (0..channel.value.len())
-            .step_by(stride)
-            .filter(|i| channel.time_s[*i] >= begin_s && channel.time_s[*i] < end_s)
-            .collect();
-        Channel {
-            time_s: keep.iter().map(|i| channel.time_s[*i]).collect(),
-            value: keep.iter().map(|i| channel.value[*i]).collect(),
-            ..channel.clone()
-        }
-    };
-    Recording { name: recording.name.clone(), channels: recording.channels.iter().map(cut).collect() }
-}
-
 pub fn rig(name: &str) -> Plant {
     let path = format!("{}/../../deploy/plants/rigs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     plant_file::parse(name, &std::fs::read_to_string(path).unwrap()).unwrap().plant
 }
 
-/// Diagnosis of `recordings`, held out on others where there are any, printed.
-pub fn diagnosed(title: &str, plant: &Plant, recordings: &[Recording], held_out: &[Recording]) -> Diagnosis {
-    let problem = Problem::new(plant, recordings, &[]).unwrap();
-    let held_out = (!held_out.is_empty()).then(|| Problem::new(plant, held_out, &[]).unwrap());
+/// Diagnosis of one recording, printed.
+pub fn diagnosed(title: &str, plant: &Plant, recording: &Recording) -> Diagnosis {
+    let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).unwrap();
     let begin = std::time::Instant::now();
-    let found = diagnose(&problem, &Options { held_out, ..Options::default() }, &mut |_, _| {});
+    let found = diagnose(&problem, &Options::default(), &mut |_, _| {});
     println!("\n== {title}: {} samples, {:.1} s of work", problem.samples(), begin.elapsed().as_secs_f64());
     print(&found);
     found
 }
 
-/// Kinds that are named or stand beside a name.
-pub fn candidates(found: &Diagnosis) -> Vec<String> {
-    let beside = found.effects.iter().flat_map(|effect| effect.rivals.iter().map(|rival| rival.kind.clone()));
-    found.effects.iter().map(|effect| effect.kind.clone()).chain(beside).collect()
-}
-
-pub fn print(found: &Diagnosis) {
+fn print(found: &Diagnosis) {
     println!("{:?}: {}", found.verdict, found.reason);
     for channel in &found.compare.channels {
         println!("  compare {}: rms {:.4e}, fit {:.1} %", channel.name, channel.rms, channel.fit_percent);

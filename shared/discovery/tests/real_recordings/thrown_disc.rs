@@ -6,7 +6,7 @@ use crate::desk::{diagnosed, folder, read, rig};
 fn the_lever_arm_of_the_sensor_and_the_slowing_spin_are_found() {
     let Some(folder) = folder("flatball_freeflight") else { return };
     let whole = &read(&folder, "throw_imu.csv")[0];
-    let found = diagnosed("thrown disc", &rig("thrown_disc"), core::slice::from_ref(whole), &[]);
+    let found = diagnosed("thrown disc", &rig("thrown_disc"), whole);
     let named = |kinds: &[&str]| found.effects.iter().find(|effect| kinds.contains(&effect.kind.as_str()));
     // about a free body a sensor off the centre and a centre off the sensor are the same
     let arm = named(&["com_shift", "sensor_lever_arm"]).unwrap_or_else(|| panic!("{:?}", found.effects));

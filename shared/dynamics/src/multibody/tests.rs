@@ -8,7 +8,6 @@ mod identities;
 mod internal;
 mod invariance;
 mod planar;
-mod speed;
 
 use super::*;
 use crate::dual::Dual;

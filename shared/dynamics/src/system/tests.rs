@@ -9,7 +9,7 @@ mod effects;
 mod initial_states;
 mod readings;
 
-use super::{System, Workspace};
+use super::{RungeKutta, System, Workspace};
 use crate::description::{
     Actuator, ActuatorKind, Appendage, Body, Joint, JointKind, Mode, Orientation, Plant, Quantity, Sensor, SensorKind,
     Space, Tank, TankModel,
@@ -253,18 +253,10 @@ pub(super) fn index(system: &System, name: &str) -> usize {
 
 /// Classical Runge–Kutta, inputs held.
 pub(super) fn integrate(system: &System, x: &mut [f64], u: &[f64], step_s: f64, steps: usize) {
-    let mut ws = Workspace::new(system);
-    let n = x.len();
-    let mut k = vec![vec![0.0; n]; 4];
-    let mut at = vec![0.0; n];
+    let (mut ws, mut scratch) = (Workspace::new(system), RungeKutta::new(x.len()));
     for step in 0..steps {
         let t = step as f64 * step_s;
-        for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
-            let from = stage.saturating_sub(1);
-            (0..n).for_each(|i| at[i] = x[i] + share * step_s * if stage == 0 { 0.0 } else { k[from][i] });
-            system.derivative(&mut ws, t + share * step_s, &at, u, &mut k[stage]);
-        }
-        (0..n).for_each(|i| x[i] += step_s / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]));
+        scratch.step(step_s, x, |share, at, x_dot| system.derivative(&mut ws, t + share * step_s, at, u, x_dot));
         system.normalise(x);
     }
 }

@@ -7,7 +7,7 @@ use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
 use channel::{Channel, channel};
 use dynamics::description::Plant;
-use dynamics::system::{System, Workspace};
+use dynamics::system::{RungeKutta, System, Workspace};
 use filtered_inputs::filtered_rows;
 use stiffness::finer;
 
@@ -38,7 +38,7 @@ pub struct Propagator<'a> {
     sensors: Vec<Channel>,
     any_mean: bool,
     any_shifted: bool,
-    slopes: [Vec<f64>; 4],
+    integrator: RungeKutta,
     stage: Vec<f64>,
     u: Vec<f64>,
     u_end: Vec<f64>,
@@ -101,7 +101,7 @@ impl<'a> Propagator<'a> {
             any_mean,
             any_shifted,
             sensors,
-            slopes: [zeros(n), zeros(n), zeros(n), zeros(n)],
+            integrator: RungeKutta::new(n),
             stage: zeros(n),
             u: zeros(m),
             u_end: zeros(m),
@@ -215,7 +215,7 @@ impl<'a> Propagator<'a> {
         if moving.is_none() {
             self.load(self.timeline.events[k].row, w);
         }
-        self.runge_kutta(t, h, x, moving);
+        self.integrate(t, h, x, moving);
     }
 
     /// `x'` in state `x` in the middle of a part.
@@ -252,34 +252,21 @@ impl<'a> Propagator<'a> {
     /// State in the middle of the step that was taken last, which began in `x`; to third order in
     /// its length `h`.
     pub(super) fn middle(&self, x: &[f64], h: f64, out: &mut [f64]) {
-        for (out, (x, slope)) in out.iter_mut().zip(x.iter().zip(&self.slopes[1])) {
-            *out = x + 0.5 * h * slope;
-        }
+        self.integrator.middle(x, h, out);
     }
 
     /// One step.
-    fn runge_kutta(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<Moving<'_>>) {
+    fn integrate(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<Moving<'_>>) {
         self.evaluations += 4;
-        for k in 0..4 {
-            let share = [0.0, 0.5, 0.5, 1.0][k];
+        let mut integrator = std::mem::take(&mut self.integrator);
+        integrator.step(h, x, |share, stage, x_dot| {
             if let Some(moving) = moving {
                 self.interpolate(moving.row, moving.from + share * moving.span, moving.w);
             }
-            if k == 0 {
-                self.stage.copy_from_slice(x);
-            } else {
-                let slope = &self.slopes[k - 1];
-                for (stage, (x, slope)) in self.stage.iter_mut().zip(x.iter().zip(slope)) {
-                    *stage = x + share * h * slope;
-                }
-            }
-            let Self { system, ws, stage, u, slopes, .. } = self;
-            system.derivative(ws, t + share * h, stage, u, &mut slopes[k]);
-        }
-        let [a, b, c, d] = &self.slopes;
-        for (i, x) in x.iter_mut().enumerate() {
-            *x += (a[i] + 2.0 * (b[i] + c[i]) + d[i]) * (h / 6.0);
-        }
+            let Self { system, ws, u, .. } = self;
+            system.derivative(ws, t + share * h, stage, u, x_dot);
+        });
+        self.integrator = integrator;
         self.system.normalise(x);
     }
 

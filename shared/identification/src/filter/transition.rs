@@ -20,7 +20,7 @@ const LARGE: usize = 8;
 /// Share of a standard deviation that the probe may be off by, and rounding of its flow.
 const AGREES: f64 = 0.01;
 const ROUNDING: f64 = 1e-14;
-/// Powers of the exponential: those of the method of integration.
+/// Powers of the series: those of the method of integration.
 const POWERS: usize = 4;
 
 pub(super) struct Transitions {
@@ -36,7 +36,7 @@ pub(super) struct Transitions {
     middle: Vec<f64>,
     slope: Vec<f64>,
     slope_moved: Vec<f64>,
-    /// `h [A | B]`, a power of it, the exponential of one step, and the product before it.
+    /// `h [A | B]`, a power of it, the series of one step, and the product before it.
     rates: Vec<f64>,
     power: Vec<f64>,
     own: Vec<f64>,
@@ -127,7 +127,7 @@ impl Transitions {
             propagator.advance(k, part, &mut self.base, &self.w);
             propagator.middle(&self.moved, h, &mut self.middle);
             self.take_rates(propagator, (k, part), h);
-            exponential((&self.rates, n, len), &mut self.power, &mut self.next, &mut self.own);
+            taylor((&self.rates, n, len), &mut self.power, &mut self.next, &mut self.own);
             // what was before goes through the step, and its own inputs join
             product((&self.own, n, len), out, &mut self.next);
             for (next, own) in self.next.chunks_exact_mut(len).zip(self.own.chunks_exact(len)) {
@@ -189,8 +189,9 @@ fn is_by_slopes(propagator: &Propagator<'_>) -> bool {
     layout.tangent + layout.noise_inputs.len() >= LARGE && propagator.x0.len() == layout.tangent
 }
 
-/// `[exp Z | (1 + Z/2 + Z²/6 + …) B]` of `[Z | B]`, `n` rows of `len`.
-fn exponential((rates, n, len): (&[f64], usize, usize), power: &mut [f64], next: &mut [f64], out: &mut [f64]) {
+/// `[Z⁰ + … + Z⁴/4! | (1 + Z/2 + … + Z³/4!) B]` of `[Z | B]`, `n` rows of `len`: what the method of
+/// integration takes of the flow of a linear system.
+fn taylor((rates, n, len): (&[f64], usize, usize), power: &mut [f64], next: &mut [f64], out: &mut [f64]) {
     power.copy_from_slice(rates);
     out.copy_from_slice(rates);
     (0..n).for_each(|i| out[i * len + i] += 1.0);

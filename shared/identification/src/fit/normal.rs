@@ -2,6 +2,7 @@
 
 use super::bounded::bounded;
 use super::estimation_session::EstimationSession;
+use estimation::levenberg_marquardt::damped_step;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Whitened normal equations with priors: unknowns in prior standard deviations, then extra
@@ -72,14 +73,13 @@ impl Normal {
             let mut matrix = self.matrix.view((0, 0), (n, n)).into_owned();
             let mut right = self.right.rows(0, n).into_owned();
             for i in 0..n {
-                matrix[(i, i)] *= 1.0 + damping;
                 if fixed[i] {
                     matrix.row_mut(i).fill(0.0);
                     matrix.column_mut(i).fill(0.0);
                     (matrix[(i, i)], right[i]) = (1.0, 0.0);
                 }
             }
-            let solved = Cholesky::new(matrix)?.solve(&right);
+            let solved = damped_step(&matrix, &right, damping)?;
             let promised = solved.dot(&right);
             let step: Vec<f64> = solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect();
             let mut again = false;

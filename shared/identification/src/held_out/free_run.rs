@@ -5,7 +5,8 @@ use crate::dot::dot;
 use crate::filter::{Frozen, NoiseModel, Propagator, initial_sigmas};
 use crate::fit::EstimationSession;
 use crate::problem::Timeline;
-use nalgebra::{Cholesky, DMatrix, DVector};
+use estimation::levenberg_marquardt::{Quadratic, Settings, minimise};
+use nalgebra::{DMatrix, DVector, Dyn};
 use serde::Serialize;
 
 /// Share of a run that gives its initial state, and its most instants.
@@ -84,66 +85,92 @@ fn head(timeline: &Timeline, events: usize) -> Timeline {
     head
 }
 
+/// Of the fit of an initial state: a decrease of χ² by a millionth of it, or of a millionth of a
+/// standard deviation squared, changes no prediction.
+const START: Settings =
+    Settings { iterations_max: 40, step_sigmas: 1e-3, gain_share: 1e-6, rounding: (0.0, 0.0), damping_max: 1e3 };
+
+/// A state, how far it is from the prior's mean [prior standard deviations], and its residuals.
+struct Started {
+    x: Vec<f64>,
+    away: DVector<f64>,
+    residual: Vec<f64>,
+}
+
 /// Initial state by Levenberg–Marquardt on the free run of a stretch, from the filter's first
-/// estimates.
+/// estimates; its unknowns are changes of state in prior standard deviations.
 fn initial(propagator: &mut Propagator<'_>, sigmas: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
-    let n = sigmas.len();
-    let prior = propagator.x0.clone();
-    let frozen = Frozen::of_free_run(propagator.timeline.events.len());
     let weight: Vec<f64> = propagator.timeline.channel.iter().map(|c| 1.0 / noise.sensor_sigma[*c]).collect();
-    let residual = |propagator: &mut Propagator<'_>, x0: &[f64]| -> Option<Vec<f64>> {
-        propagator.x0.copy_from_slice(x0);
-        let mut nu = vec![0.0; propagator.timeline.value.len()];
-        let ok = propagator.pass(&frozen, &[], &mut nu);
-        nu.iter_mut().zip(&weight).for_each(|(nu, w)| *nu *= w);
+    let mut free =
+        FreeRun { frozen: Frozen::of_free_run(propagator.timeline.events.len()), weight, sigmas, propagator };
+    let prior = free.propagator.x0.clone();
+    let start = Started { residual: free.residual(&prior)?, away: DVector::zeros(sigmas.len()), x: prior.clone() };
+    let quadratic = free.quadratic(&start)?;
+    let found = minimise((start, quadratic), &START, |from, step, below| {
+        let there = free.started(&prior, free.moved(&from.x, step))?;
+        if there.chi_square() >= below {
+            return None;
+        }
+        let quadratic = free.quadratic(&there)?;
+        Some((there, quadratic))
+    });
+    Some(found.point.x)
+}
+
+impl Started {
+    fn chi_square(&self) -> f64 {
+        dot(&self.residual, &self.residual) + self.away.norm_squared()
+    }
+}
+
+/// A stretch as it runs from any initial state.
+struct FreeRun<'p, 't> {
+    propagator: &'p mut Propagator<'t>,
+    sigmas: &'p [f64],
+    frozen: Frozen,
+    /// Of every sample, over its standard deviation.
+    weight: Vec<f64>,
+}
+
+impl FreeRun<'_, '_> {
+    /// Measured less predicted, over the standard deviations; `None` where the run diverges.
+    fn residual(&mut self, x0: &[f64]) -> Option<Vec<f64>> {
+        self.propagator.x0.copy_from_slice(x0);
+        let mut nu = vec![0.0; self.weight.len()];
+        let ok = self.propagator.pass(&self.frozen, &[], &mut nu);
+        nu.iter_mut().zip(&self.weight).for_each(|(nu, w)| *nu *= w);
         (ok && nu.iter().all(|v| v.is_finite())).then_some(nu)
-    };
-    let mut x = prior.clone();
-    let mut r = residual(propagator, &x)?;
-    let mut away = vec![0.0; n];
-    let cost = |r: &[f64], away: &[f64]| {
-        r.iter().map(|v| v * v).sum::<f64>() + away.iter().zip(sigmas).map(|(a, s)| (a / s).powi(2)).sum::<f64>()
-    };
-    let mut damping = 1e-3;
-    for _ in 0..25 {
+    }
+
+    fn moved(&self, x: &[f64], step: &DVector<f64>) -> Vec<f64> {
+        let delta: Vec<f64> = step.iter().zip(self.sigmas).map(|(s, sigma)| s * sigma).collect();
+        let mut moved = x.to_vec();
+        self.propagator.system.retract(x, &delta, &mut moved);
+        moved
+    }
+
+    fn started(&mut self, prior: &[f64], x: Vec<f64>) -> Option<Started> {
+        let mut away = vec![0.0; self.sigmas.len()];
+        self.propagator.system.difference(prior, &x, &mut away);
+        let away = DVector::from_fn(away.len(), |i, _| away[i] / self.sigmas[i]);
+        Some(Started { residual: self.residual(&x)?, away, x })
+    }
+
+    /// By differences of a ten-thousandth of a standard deviation, of a unit where that is less.
+    fn quadratic(&mut self, at: &Started) -> Option<Quadratic<Dyn>> {
+        let n = self.sigmas.len();
         let mut columns = Vec::with_capacity(n);
         for i in 0..n {
-            let step = 1e-4 * sigmas[i].min(1.0);
-            let mut delta = vec![0.0; n];
+            let step = 1e-4 * (1.0 / self.sigmas[i]).min(1.0);
+            let mut delta = DVector::zeros(n);
             delta[i] = step;
-            let mut moved = x.clone();
-            propagator.system.retract(&x, &delta, &mut moved);
-            let shifted = residual(propagator, &moved)?;
-            columns.push(shifted.iter().zip(&r).map(|(a, b)| (b - a) / step * sigmas[i]).collect::<Vec<f64>>());
+            let shifted = self.residual(&self.moved(&at.x, &delta))?;
+            columns.push(shifted.iter().zip(&at.residual).map(|(a, b)| (b - a) / step).collect::<Vec<f64>>());
         }
-        let before = cost(&r, &away);
-        let mut gained = 0.0;
-        for _ in 0..6 {
-            let matrix = DMatrix::from_fn(n, n, |i, j| {
-                let product = dot(&columns[i], &columns[j]) + f64::from(u8::from(i == j));
-                if i == j { product * (1.0 + damping) } else { product }
-            });
-            let right = DVector::from_fn(n, |i, _| dot(&columns[i], &r) - away[i] / sigmas[i]);
-            let step = Cholesky::new(matrix)?.solve(&right);
-            let delta: Vec<f64> = step.iter().zip(sigmas).map(|(s, sigma)| s * sigma).collect();
-            let mut moved = x.clone();
-            propagator.system.retract(&x, &delta, &mut moved);
-            let mut moved_away = vec![0.0; n];
-            propagator.system.difference(&prior, &moved, &mut moved_away);
-            if let Some(fresh) = residual(propagator, &moved) {
-                let after = cost(&fresh, &moved_away);
-                if after < before {
-                    gained = before - after;
-                    (x, r, away) = (moved, fresh, moved_away);
-                    damping = (damping * 0.1).max(1e-9);
-                    break;
-                }
-            }
-            damping *= 10.0;
-        }
-        if gained < 1e-6 * before + 1e-6 {
-            break;
-        }
+        Some(Quadratic {
+            chi_square: at.chi_square(),
+            information: DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &columns[j]) + f64::from(u8::from(i == j))),
+            gradient: DVector::from_fn(n, |i, _| dot(&columns[i], &at.residual) - at.away[i]),
+        })
     }
-    Some(x)
 }

@@ -16,7 +16,7 @@ use dynamics::description::{Plant, Reading};
 use dynamics::dual::Dual;
 use dynamics::lags::FilterKind;
 use dynamics::system::{StateSpace, System, Workspace};
-use dynamics::zero_order_hold::exponential;
+use estimation::matrix_exponential;
 use nalgebra::{DMatrix, DVector};
 
 /// An instant meant to lie on an edge may miss it by rounding [s].
@@ -282,7 +282,7 @@ fn transition(m: DMatrix<f64>) -> DMatrix<f64> {
     const TERMS: u32 = 8;
     // 0.1⁹/9! = 3e-15 is left
     if m.norm() > 0.1 {
-        return exponential(m);
+        return matrix_exponential(m);
     }
     let identity = DMatrix::<f64>::identity(m.nrows(), m.ncols());
     let mut sum = identity.clone();

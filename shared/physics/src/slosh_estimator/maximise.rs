@@ -2,6 +2,18 @@
 //! maximum.
 
 use super::*;
+use estimation::levenberg_marquardt::{End, Quadratic, Settings, minimise};
+use nalgebra::Const;
+
+/// Of the fit. At the bottom rounding of χ² decides: a step below 1 % of a sigma is as good as
+/// taken.
+const FIT: Settings = Settings {
+    iterations_max: FIT_ITERATIONS_MAX,
+    step_sigmas: STEP_SIGMAS,
+    gain_share: 0.0,
+    rounding: (0.01, 1e-6),
+    damping_max: f64::INFINITY,
+};
 
 impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     pub(super) fn maximise_from_scan(&mut self) -> Result<Solved, SloshError> {
@@ -39,32 +51,21 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     }
 
     pub(super) fn maximise(&self, start: &SloshHypothesis, scanned: bool) -> Result<Solved, SloshError> {
-        let (mut hypothesis, mut here) = (*start, self.likelihood(start));
-        let (mut damping, mut step_sigmas) = (1e-3, f64::INFINITY);
-        for iterations in 0..FIT_ITERATIONS_MAX {
-            let Some(full) = damped_step(&here, 0.0) else { break };
-            step_sigmas = libm::sqrt(full.dot(&here.gradient));
-            if step_sigmas <= STEP_SIGMAS {
-                return self.report(&hypothesis, &here, iterations, scanned);
-            }
-            let Some(step) = damped_step(&here, damping) else { break };
-            let trial = hypothesis.moved(&step);
-            // A trial that is impossible or worse is not taken; non-finite χ² compares as worse.
-            let there = if trial.is_possible() { Some(self.likelihood(&trial)) } else { None };
-            match there.filter(|there| there.chi_square < here.chi_square) {
-                Some(better) => {
-                    (hypothesis, here) = (trial, better);
-                    damping *= 0.1;
-                }
-                // At the bottom rounding of χ² decides: a full step below 1 % of a sigma is as good
-                // as taken.
-                None if step_sigmas < 0.01 && damping < 1e-6 => {
-                    return self.report(&hypothesis, &here, iterations, scanned);
-                }
-                None => damping *= 10.0,
+        let beside = |hypothesis: SloshHypothesis| {
+            let here = self.likelihood(&hypothesis);
+            let Likelihood { chi_square, information, gradient, .. } = here;
+            ((hypothesis, here), Quadratic::<Const<6>> { chi_square, information, gradient })
+        };
+        let found = minimise(beside(*start), &FIT, |(from, _), step, _| {
+            Some(from.moved(step)).filter(SloshHypothesis::is_possible).map(beside)
+        });
+        let ((hypothesis, here), step_sigmas) = (found.point, found.step_sigmas);
+        match found.end {
+            End::Converged => self.report(&hypothesis, &here, found.iterations, scanned),
+            End::Exhausted | End::Singular => {
+                Err(SloshError::NotConverged { iterations: FIT_ITERATIONS_MAX, step_sigmas })
             }
         }
-        Err(SloshError::NotConverged { iterations: FIT_ITERATIONS_MAX, step_sigmas })
     }
 
     pub(super) fn report(
@@ -99,12 +100,4 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         };
         Ok((estimate, covariance))
     }
-}
-
-/// `(H + λ diag H)⁻¹ g`; `None` when the information is singular.
-fn damped_step(at: &Likelihood, damping: f64) -> Option<Vector6<f64>> {
-    let scale = at.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
-    let scaling = Matrix6::from_diagonal(&scale);
-    let scaled = scaling * at.information * scaling + Matrix6::identity() * damping;
-    Some(scaling * scaled.cholesky()?.solve(&(scaling * at.gradient)))
 }

@@ -23,7 +23,6 @@ mod series;
 mod spectra_and_segments;
 mod stamps;
 mod tables;
-mod throughput;
 mod uff_models;
 mod uff_types;
 mod universal_files;

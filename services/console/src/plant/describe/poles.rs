@@ -3,7 +3,7 @@
 use dynamics::description::Plant;
 use dynamics::dual::Dual;
 use dynamics::system::{StateSpace, System, SystemMode, Workspace};
-use dynamics::zero_order_hold::exponential;
+use estimation::matrix_exponential;
 use nalgebra::{Complex, DMatrix};
 use serde_json::{Value, json};
 use simulation::{SimulationError, Simulator};
@@ -117,7 +117,7 @@ fn closed_loop(plant: &Plant, space: &StateSpace) -> Vec<LoopPole> {
     let mut held = DMatrix::zeros(n + m, n + m);
     held.view_mut((0, 0), (n, n)).copy_from(&(&space.a * period_s));
     held.view_mut((0, n), (n, m)).copy_from(&(&space.b * period_s));
-    let held = exponential(held);
+    let held = matrix_exponential(held);
     let loops = plant.controllers.len();
     let mut step = DMatrix::identity(n + loops, n + loops);
     step.view_mut((0, 0), (n, n)).copy_from(&held.view((0, 0), (n, n)));

@@ -113,7 +113,7 @@ fn an_undecided_effect_is_reported_and_stays_out_of_the_model() {
 }
 
 /// The fitted pendulum, its friction elsewhere and known to one sigma.
-fn standing_at(friction: f64, sigma: f64) -> AcceptedModel {
+fn standing_at(friction: f64, sigma: f64) -> FittedModel {
     let nominal = plant("pendulum");
     let problem = problem(&nominal, recording(&nominal, 1, 0.5));
     let session = EstimationSession::new(&problem, 1).unwrap();
@@ -121,10 +121,10 @@ fn standing_at(friction: f64, sigma: f64) -> AcceptedModel {
     let at = problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
     (fit.theta[at], fit.sigma[at]) = (friction, sigma);
     let noise = session.noise.clone();
-    AcceptedModel { plant: nominal, problem: problem.clone(), fit, noise, objective: 0.0 }
+    FittedModel::new(problem.clone(), fit, noise, 0.0)
 }
 
-fn friction_sigma(standing: &AcceptedModel) -> f64 {
+fn friction_sigma(standing: &FittedModel) -> f64 {
     let at = standing.problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
     standing.fit.sigma[at]
 }

@@ -67,7 +67,7 @@ impl Propagator<'_> {
             let step_s = self.timeline.events[at].step_s / self.finer as f64;
             let steps = if step_s > 0.0 { libm::ceil(behind.abs() / step_s).max(1.0) } else { 1.0 };
             for step in 0..steps as usize {
-                self.runge_kutta(event.t_s - behind * step as f64 / steps, -behind / steps, &mut moved, None);
+                self.integrate(event.t_s - behind * step as f64 / steps, -behind / steps, &mut moved, None);
             }
         }
         let Self { system, ws, u, y, .. } = self;
@@ -86,8 +86,8 @@ impl Propagator<'_> {
         self.u_end.copy_from_slice(&self.u);
         self.load(clone.1, w);
         if behind != 0.0 {
-            self.runge_kutta(event.t_s, -behind, &mut end, None);
-            self.runge_kutta(event.t_s - dt, -behind, &mut begin, None);
+            self.integrate(event.t_s, -behind, &mut end, None);
+            self.integrate(event.t_s - dt, -behind, &mut begin, None);
         }
         let Self { system, ws, u, u_end, y, .. } = self;
         system.read_mean(ws, event.t_s - dt - behind, dt, &begin, u, &end, u_end, y);

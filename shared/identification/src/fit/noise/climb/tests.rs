@@ -2,7 +2,7 @@ use super::*;
 use crate::fit::fit;
 use crate::fit::noise::one_by_one;
 use crate::problem::Problem;
-use crate::synthetic::{coloured, louder, plant, problem, recording};
+use crate::synthetic::{coloured, of_higher_variance, plant, problem, recording};
 
 const SEARCH: Search = Search { sweeps: 8, colour: true, scan: true };
 
@@ -34,7 +34,7 @@ fn the_gradient_leads_as_low_as_coordinate_by_coordinate() {
     for (name, duration_s) in [("oscillator", 4.0), ("drive_rig", 2.0), ("double_pendulum", 4.0)] {
         for factor in [1.0, 2.5] {
             let nominal = plant(name);
-            let problem = problem(&nominal, recording(&louder(&nominal, factor), 7, duration_s));
+            let problem = problem(&nominal, recording(&of_higher_variance(&nominal, factor), 7, duration_s));
             let (one_by_one, at_once, noise) = both(&problem);
             // poles that are not worth their price are none here
             let poles = noise.pole.iter().filter(|pole| **pole == 0.0).count() as f64;
