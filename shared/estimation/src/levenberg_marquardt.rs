@@ -27,31 +27,36 @@ impl<D: Dim> Quadratic<D>
 where
     DefaultAllocator: Allocator<D> + Allocator<D, D>,
 {
-    /// `(H + λ diag H)⁻¹ g`; `None` where the information is singular.
+    /// `(H + λ diag H)⁻¹ g` in units that make the diagonal of `H` one, so that no unit of an
+    /// unknown matters; `None` where `H` is singular.
     pub fn step(&self, damping: f64) -> Option<OVector<f64, D>> {
-        damped_step(&self.information, &self.gradient, damping)
+        let scale = self.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
+        let mut scaled = self.information.clone_owned();
+        for j in 0..scaled.ncols() {
+            for i in 0..scaled.nrows() {
+                scaled[(i, j)] = scale[i] * scaled[(i, j)] * scale[j];
+            }
+            scaled[(j, j)] += damping;
+        }
+        Some(scaled.cholesky()?.solve(&self.gradient.component_mul(&scale)).component_mul(&scale))
     }
 }
 
-/// `(H + λ diag H)⁻¹ g`; `None` where `H` is singular. The matrix that is factored has a unit
-/// diagonal, so that no unit of an unknown matters.
+/// `(H + λ diag H)⁻¹ g`; `None` where `H` is singular. For unknowns in units of their own standard
+/// deviations, others by [`Quadratic::step`]: a fit that starts far from any minimum follows the
+/// rounding of its steps, and scaling them again would move its answers.
 pub fn damped_step<D: Dim>(
-    information: &OMatrix<f64, D, D>,
+    mut information: OMatrix<f64, D, D>,
     gradient: &OVector<f64, D>,
     damping: f64,
 ) -> Option<OVector<f64, D>>
 where
     DefaultAllocator: Allocator<D> + Allocator<D, D>,
 {
-    let scale = information.diagonal().map(|value| 1.0 / libm::sqrt(value));
-    let mut scaled = information.clone_owned();
-    for j in 0..scaled.ncols() {
-        for i in 0..scaled.nrows() {
-            scaled[(i, j)] = scale[i] * scaled[(i, j)] * scale[j];
-        }
-        scaled[(j, j)] += damping;
+    for i in 0..information.ncols() {
+        information[(i, i)] *= 1.0 + damping;
     }
-    Some(scaled.cholesky()?.solve(&gradient.component_mul(&scale)).component_mul(&scale))
+    Some(information.cholesky()?.solve(gradient))
 }
 
 /// λ from step to step.

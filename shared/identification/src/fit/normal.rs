@@ -79,7 +79,7 @@ impl Normal {
                     (matrix[(i, i)], right[i]) = (1.0, 0.0);
                 }
             }
-            let solved = damped_step(&matrix, &right, damping)?;
+            let solved = damped_step(matrix, &right, damping)?;
             let promised = solved.dot(&right);
             let step: Vec<f64> = solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect();
             let mut again = false;
