@@ -28,6 +28,8 @@ const COMMANDS: &[&str] = &[
     "replay SHORT_MODES --list",
     "diagnose swing.csv --plant pendulum --effort quick",
     "diagnose swing.csv --plant pendulum --list",
+    "identify swing.csv --plant pendulum",
+    "identify swing.csv --list --plant pendulum",
     "challenge --case 1 --out case",
     "challenge --cases 1",
     "bench bp2-stroke --trials 1",

@@ -36,6 +36,7 @@ mod effort;
 mod engine;
 
 mod icd;
+mod identify;
 mod intake;
 mod interrupt;
 mod launch;
@@ -107,6 +108,7 @@ const EXAMPLES: &str = "Examples:
   obsid doctor rig.csv --plant rig.toml            what is wrong with a recording, with the cure
   obsid compare flight.csv simulated.csv           how far apart two recordings are, and by what
   obsid diagnose swing.csv --plant pendulum.toml   physics that the plant file does not model, with proof
+  obsid identify a.csv b.csv --plant craft.toml    numbers of one vehicle from all its recordings
   obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document
@@ -141,6 +143,7 @@ enum Command {
     Challenge(challenge::Arguments),
     Modal(modal::Arguments),
     Diagnose(diagnose::Arguments),
+    Identify(identify::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
     Completions(completions::Arguments),
@@ -171,6 +174,7 @@ pub fn main() -> ExitCode {
         Command::Challenge(arguments) => challenge::run(&arguments),
         Command::Modal(arguments) => modal::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
         Command::Digest(arguments) => digest::run(&arguments),
         Command::Icd(arguments) => icd::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -2,12 +2,13 @@
 //! prediction of held-out data.
 //!
 //! What it is: recordings matched to a plant (`problem`), their innovations and gradients
-//! (`filter`), maximum a posteriori fits of parameters and noise (`fit`), what an experiment would
-//! tell (`information`), prediction of data that were not fitted (`held_out`), work counted alike
-//! on every machine (`work`).
+//! (`filter`), maximum a posteriori fits of parameters and noise (`fit`), several recordings with
+//! plants of their own as one estimate (`joint`), what an experiment would tell (`information`),
+//! prediction of data that were not fitted (`held_out`), work counted alike on every machine
+//! (`work`).
 //!
 //! May import: `channels`, `dynamics`, `catalogue`, `estimation`. Flight partitions may import it.
-//! Inside, `problem` ← `filter` ← `fit` ← `held_out`, never the other way.
+//! Inside, `problem` ← `filter` ← `fit` ← `held_out`, `joint`, never the other way.
 //!
 //! Must never know: `simulation`, files, clocks, threads' order, what is decided from it.
 //!
@@ -36,6 +37,7 @@ pub mod filter;
 pub mod fit;
 pub mod held_out;
 pub mod information;
+pub mod joint;
 #[cfg(test)]
 mod noise;
 pub mod problem;

@@ -1,0 +1,188 @@
+//! The order in which arcs are heard, from priors that may be far off to one joint maximum.
+//!
+//! A frequency known to 5 % loses its phase within ten periods: over a whole arc the likelihood has
+//! many maxima. Arcs are heard one after another, the shortest first, each through windows that
+//! grow from the longest one that the plant already explains to the whole; what earlier arcs said
+//! is the prior of the next. Then one pass over all arcs together from the plants' priors (design
+//! page "study case", 4).
+
+use super::agreement::Agreement;
+use super::fold::{Knowledge, Message};
+use super::stage::{Ended, Part, Stage, deviations};
+use super::{Arc, JointError, Vehicle};
+use crate::fit::{EstimationSession, LinearisedProblem};
+use crate::problem::Problem;
+
+/// Mean square of the whitened innovations up to which a window is explained: its step stays in the
+/// same period.
+const CHI2_PER_ROW_NEAR: f64 = 2.0;
+/// Halvings of an arc to its shortest window.
+const HALVINGS_MAX: u32 = 8;
+/// Sets of sensitivities of a window, and of the last passes over all arcs.
+const ROUNDS_OF_A_WINDOW: usize = 3;
+const ROUNDS_OF_ALL: usize = 8;
+
+/// All arcs together.
+#[derive(Clone, Debug)]
+pub struct JointFit {
+    /// Estimates, in the vehicle's order.
+    pub theta: Vec<f64>,
+    /// What priors and arcs say together, about [`JointFit::theta`].
+    pub knowledge: Knowledge,
+    /// Of each arc, at [`JointFit::theta`].
+    pub messages: Vec<Message>,
+    /// Of each arc with all others and the priors; `None` where it is alone.
+    pub agreement: Vec<Option<Agreement>>,
+    pub converged: bool,
+    /// Posterior standard deviations, in the units of the unknowns.
+    pub sigma: Vec<f64>,
+}
+
+/// The joint maximum a posteriori estimate of all arcs, from the priors.
+///
+/// `progress` receives the arc that is heard, or `None` for all together, and the share done.
+///
+/// # Errors
+/// An arc that its plant cannot predict, an interruption before the first estimate.
+///
+/// Cost: some ten sets of sensitivities of each arc, each one pass of the plant per unknown.
+pub fn identify(vehicle: &Vehicle<'_>, progress: &mut dyn FnMut(Option<&str>, f64)) -> Result<JointFit, JointError> {
+    let n = vehicle.unknowns.len();
+    let mut theta = vehicle.prior();
+    let mut known = Knowledge::of_priors(n);
+    let mut order: Vec<usize> = (0..vehicle.arcs.len()).collect();
+    order.sort_by(|a, b| vehicle.arcs[*a].duration_s().total_cmp(&vehicle.arcs[*b].duration_s()));
+    // an arc costs as much as it lasts; the last passes as much as all
+    let all_s: f64 = vehicle.arcs.iter().map(Arc::duration_s).sum();
+    let mut heard_s = 0.0;
+    for arc in order {
+        let mut shown = |share: f64| {
+            let done_s = heard_s + share * vehicle.arcs[arc].duration_s();
+            progress(Some(&vehicle.arcs[arc].name), 0.6 * done_s / all_s);
+        };
+        let message = vehicle.heard(arc, &known, &mut theta, &mut shown)?;
+        if vehicle.work.is_stopped() {
+            return Err(JointError::Interrupted);
+        }
+        known = known.with([&message], &deviations(&vehicle.unknowns, &theta)).ok_or(JointError::NotPositive)?;
+        heard_s += vehicle.arcs[arc].duration_s();
+    }
+    progress(None, 0.6);
+    vehicle.all_together(theta)
+}
+
+impl Vehicle<'_> {
+    /// Hears one arc through growing windows; what it says where `theta` has moved to.
+    fn heard(
+        &self,
+        arc: usize,
+        known: &Knowledge,
+        theta: &mut Vec<f64>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Message, JointError> {
+        let mut free = vec![false; self.unknowns.len()];
+        self.places[arc].iter().for_each(|at| free[*at] = true);
+        let first = self.first_window(arc, theta);
+        for halvings in (0..=first).rev() {
+            progress(0.5 * f64::from(first - halvings) / f64::from(first + 1));
+            let window = (halvings > 0).then(|| self.window(arc, halvings));
+            let own = match &window {
+                Some(problem) => Some(self.session_of(arc, problem)?),
+                None => None,
+            };
+            let session = own.as_ref().unwrap_or(&self.sessions[arc]);
+            let part = Part { session, places: &self.places[arc], arc };
+            let stage = Stage { unknowns: &self.unknowns, parts: vec![part], before: known, free: free.clone() };
+            let mut ended = stage.maximise(theta.clone(), ROUNDS_OF_A_WINDOW).map_err(|found| self.failed(found))?;
+            *theta = ended.theta;
+            if halvings == 0 {
+                return ended.messages.pop().ok_or(JointError::NotPositive);
+            }
+        }
+        Err(JointError::Interrupted)
+    }
+
+    /// Halvings of the arc to the longest window that `theta` explains, else to the shortest one
+    /// that holds samples at all.
+    fn first_window(&self, arc: usize, theta: &[f64]) -> u32 {
+        let own = self.of_arc(arc, theta);
+        let mut shortest = 0;
+        for halvings in 0..=HALVINGS_MAX {
+            let found = if halvings == 0 {
+                chi2_per_row(&self.sessions[arc], &own)
+            } else {
+                let window = self.window(arc, halvings);
+                self.session_of(arc, &window).ok().and_then(|session| chi2_per_row(&session, &own))
+            };
+            match found {
+                Some(chi2) if chi2 < CHI2_PER_ROW_NEAR => return halvings,
+                Some(_) => shortest = halvings,
+                None => {}
+            }
+        }
+        shortest
+    }
+
+    /// The beginning of an arc, halved so often.
+    fn window(&self, arc: usize, halvings: u32) -> Problem {
+        self.arcs[arc].problem.split(libm::ldexp(1.0, -(halvings as i32))).0
+    }
+    fn session_of<'w>(&self, arc: usize, problem: &'w Problem) -> Result<EstimationSession<'w>, JointError> {
+        EstimationSession::counted(problem, self.threads, self.work.clone())
+            .map_err(|error| self.arcs[arc].failed(error))
+    }
+
+    /// Passes over all arcs from the plants' priors, to the joint maximum.
+    fn all_together(&self, theta: Vec<f64>) -> Result<JointFit, JointError> {
+        let n = self.unknowns.len();
+        let before = Knowledge::of_priors(n);
+        let whole = |arc: usize| Part { session: &self.sessions[arc], places: &self.places[arc], arc };
+        let parts = (0..self.arcs.len()).map(whole).collect();
+        let stage = Stage { unknowns: &self.unknowns, parts, before: &before, free: vec![true; n] };
+        let ended = stage.maximise(theta, ROUNDS_OF_ALL).map_err(|found| self.failed(found))?;
+        let d = deviations(&self.unknowns, &ended.theta);
+        let knowledge = before.with(&ended.messages, &d).ok_or(JointError::NotPositive)?;
+        let covariance = knowledge.covariance().ok_or(JointError::NotPositive)?;
+        let sigma = (0..n).map(|i| libm::sqrt(covariance[(i, i)].max(0.0)) * self.unknowns[i].sigma).collect();
+        let agreement = (0..self.arcs.len())
+            .map(|arc| {
+                let others = ended.messages.iter().enumerate().filter(|(k, _)| *k != arc).map(|(_, message)| message);
+                let others = before.with(others, &d)?;
+                (self.arcs.len() > 1).then(|| Agreement::of(&ended.messages[arc], &others, &d)).flatten()
+            })
+            .collect();
+        let Ended { theta, messages, converged } = ended;
+        Ok(JointFit { theta, knowledge, messages, agreement, converged, sigma })
+    }
+
+    fn failed(&self, (arc, error): (usize, crate::fit::FitError)) -> JointError {
+        self.arcs[arc].failed(error)
+    }
+}
+
+/// Mean square of the whitened innovations at the values `own`; `None` where they cannot be
+/// computed.
+fn chi2_per_row(session: &EstimationSession<'_>, own: &[f64]) -> Option<f64> {
+    let linearised = LinearisedProblem::new(session, &session.problem.plant, own, &session.noise).ok()?;
+    let normal = linearised.normal(session, own, &session.noise, &[])?;
+    Some(normal.chi2 / linearised.samples().max(1) as f64)
+}
+
+/// Mean square of the whitened innovations of an arc that was not fitted: the vehicle's numbers are
+/// those of `fit`, only what belongs to the arc alone (its biases, its clock) is estimated from it.
+///
+/// # Errors
+/// Those of [`Vehicle::new`] and [`identify`].
+pub fn predict(vehicle: &Vehicle<'_>, fit: &JointFit, arc: &Arc) -> Result<f64, JointError> {
+    let alone = [arc.clone()];
+    let predicted = Vehicle::new(&alone, vehicle.threads, vehicle.work.clone())?;
+    let of_fit = |name: &str| vehicle.unknowns.iter().position(|known| known.name == name).map(|at| fit.theta[at]);
+    let theta = predicted.unknowns.iter().map(|unknown| of_fit(&unknown.name).unwrap_or(unknown.prior)).collect();
+    // what no fitted arc has stays at its prior, too: a prediction takes nothing of the vehicle
+    let free = predicted.unknowns.iter().map(|unknown| unknown.own.is_some()).collect();
+    let before = Knowledge::of_priors(predicted.unknowns.len());
+    let part = Part { session: &predicted.sessions[0], places: &predicted.places[0], arc: 0 };
+    let stage = Stage { unknowns: &predicted.unknowns, parts: vec![part], before: &before, free };
+    let ended = stage.maximise(theta, ROUNDS_OF_A_WINDOW).map_err(|found| predicted.failed(found))?;
+    Ok(ended.messages[0].chi2 / ended.messages[0].rows.max(1) as f64)
+}
