@@ -11,6 +11,7 @@ mod desk;
 mod diagnose;
 mod documents;
 mod ends;
+mod identify;
 mod imports;
 mod inputs;
 mod interruptions;
