@@ -62,15 +62,15 @@ pub const NOT_FOUND_RATIO: f64 = 0.98;
 /// tenth of a standard error.
 const CONVERGED: f64 = 1e-2;
 /// Share of the promised decrease above which sensitivities serve for the next step, too.
-const AS_PROMISED: f64 = 0.7;
+pub(crate) const AS_PROMISED: f64 = 0.7;
 /// Relinearisations beyond those asked for, as long as each takes this share off the sum of
 /// squares: a start far off is no minimum.
 const ROUNDS_MORE: usize = 14;
 const FAR: f64 = 0.02;
 /// Damping from which a step is too short to be worth a trial.
-const DAMPING_MAX: f64 = 1e3;
-/// Steps between relinearisations.
-const INNER_STEPS: usize = 3;
+pub(crate) const DAMPING_MAX: f64 = 1e3;
+/// Steps with one linearisation.
+pub(crate) const INNER_STEPS: usize = 3;
 
 /// Relinearisations of a fit.
 #[derive(Clone, Copy, Debug)]

@@ -17,7 +17,7 @@ use crate::problem::Problem;
 /// same period.
 const CHI2_PER_ROW_NEAR: f64 = 2.0;
 /// Halvings of an arc to its shortest window.
-const HALVINGS_MAX: u32 = 8;
+const WINDOW_HALVINGS_MAX: u32 = 8;
 /// Sets of sensitivities of a window, and of the last passes over all arcs.
 const ROUNDS_OF_A_WINDOW: usize = 3;
 const ROUNDS_OF_ALL: usize = 8;
@@ -112,7 +112,7 @@ impl Vehicle<'_> {
     fn first_window(&self, arc: usize, theta: &[f64]) -> u32 {
         let own = self.of_arc(arc, theta);
         let mut shortest = 0;
-        for halvings in 0..=HALVINGS_MAX {
+        for halvings in 0..=WINDOW_HALVINGS_MAX {
             let found = if halvings == 0 {
                 chi2_per_row(&self.sessions[arc], &own)
             } else {

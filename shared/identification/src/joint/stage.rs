@@ -2,21 +2,15 @@
 
 use super::JointUnknown;
 use super::fold::{Knowledge, Message};
-use crate::fit::{EstimationSession, FitError, LinearisedProblem, prior_chi2};
+use crate::fit::{AS_PROMISED, DAMPING_MAX, EstimationSession, FitError, INNER_STEPS, LinearisedProblem, prior_chi2};
 use estimation::levenberg_marquardt::{Damping, damped_step};
 use nalgebra::{DMatrix, DVector};
 
 /// Decrease of `−2 ln p` for each unknown below which a step ends the iteration: a step of a tenth
 /// of a standard deviation, rms over the unknowns.
-const CONVERGED: f64 = 1e-2;
-/// Share of the promised decrease above which sensitivities serve for the next step, too.
-const AS_PROMISED: f64 = 0.7;
-/// Steps with one set of sensitivities.
-const INNER_STEPS: usize = 3;
+const CONVERGED_PER_UNKNOWN: f64 = 1e-2;
 /// Halvings of a step before it is damped.
-const HALVINGS: usize = 4;
-/// Damping from which a step is too short to be worth a trial.
-const DAMPING_MAX: f64 = 1e3;
+const SHORTENINGS: usize = 4;
 
 /// An arc, or a window of it, as part of a stage.
 pub(super) struct Part<'a> {
@@ -59,7 +53,7 @@ impl Stage<'_> {
         let mut damping = Damping::on_failure();
         let mut point = self.point(&theta)?;
         let mut converged = false;
-        let enough = CONVERGED * self.free.iter().filter(|free| **free).count() as f64;
+        let enough = CONVERGED_PER_UNKNOWN * self.free.iter().filter(|free| **free).count() as f64;
         'rounds: for round in 0..rounds {
             if round > 0 {
                 match self.point(&theta) {
@@ -164,7 +158,7 @@ impl Stage<'_> {
     /// Shortens the step until the objective falls; the decrease, zero where it does not.
     fn search(&self, point: &mut Point, theta: &mut Vec<f64>, step: &[f64]) -> f64 {
         let mut share = 1.0;
-        for _ in 0..HALVINGS {
+        for _ in 0..SHORTENINGS {
             let ends = theta.iter().zip(step).zip(self.unknowns);
             let moved: Vec<f64> = ends.map(|((t, s), u)| (t + share * s).clamp(u.low, u.high)).collect();
             if let Some((mut innovations, messages)) = self.moved(point, &moved) {
