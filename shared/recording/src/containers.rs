@@ -16,6 +16,7 @@ pub(crate) type Datasets = fn(&Path, &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 
 /// A format that is read and not written.
 pub struct Container {
+    /// Also its extension.
     name: &'static str,
     /// First bytes.
     magic: &'static [u8],

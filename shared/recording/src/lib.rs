@@ -274,7 +274,7 @@ pub(crate) fn listed(imported: Imported) -> Result<Vec<ListedDataset>, Recording
     }
 }
 
-/// What to give.
+/// Formats that are read, for the error of a file of another.
 #[cfg(feature = "foreign")]
 const READ: &str =
     "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet";

@@ -9,7 +9,7 @@ use telemetry::{Command, Mode, PartitionId, Sample, Stamps, Topic, TopicId};
 use zerocopy::IntoBytes;
 
 /// One control period with the samples that belong to it, in an order that does not depend on
-/// scheduling (architecture D1).
+/// scheduling (architecture D1: `deploy/guide/architecture.md`).
 pub struct Frame<'a> {
     /// Counted from 0.
     pub number: u64,
@@ -115,11 +115,12 @@ pub enum StateError {
     Other(String),
 }
 
-/// A partition: takes its memory in its constructor, acts only in `frame`.
+/// A partition: takes its memory where it is built ([`Connect`]), acts only in `frame`.
 pub trait Partition {
     /// Its name in the topic table; the same in every life.
     fn id(&self) -> PartitionId;
-    /// Topics it consumes; `TICK` and `MODE` need not be named.
+    /// Topics it consumes; `TICK` and `MODE` need not be named. The consumers in the topic table do
+    /// not count.
     fn inputs(&self) -> &'static [TopicId];
     /// The one place where estimator state changes.
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs);

@@ -1,8 +1,8 @@
 //! The one list of topics: name, sample, depth, who produces, who consumes.
 //!
 //! Depth is buffer and history at once, so that a restarted consumer finds what it missed. Pacing
-//! keeps `window x samples per frame <= depth / 2` (architecture D5), which the runtime checks at
-//! start.
+//! keeps `window x samples per frame <= depth / 2`, which the runtime checks at start (architecture
+//! D5: `deploy/guide/architecture.md`).
 
 use crate::records::*;
 use crate::{FieldInfo, Header, Layout, Record};
@@ -111,7 +111,7 @@ pub struct TopicInfo {
     pub rate: &'static str,
     /// Names of partitions, separated by blanks, or `all`.
     pub producers: &'static str,
-    /// As `producers`.
+    /// As `producers`, for the document alone: a partition gets the topics that it names itself.
     pub consumers: &'static str,
 }
 
