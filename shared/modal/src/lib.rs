@@ -32,7 +32,7 @@
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
 //! | `operational` | a whole record without inputs, as it is: gaps, tones, late channels |
 //! | `tones` | tones of machines: found, distinguished from modes, taken out |
-//! | `pairs` | covariances of a stationary record with samples missing |
+//! | `pairs`, `short_gaps` | a stationary record with samples missing: covariances of pairs; short gaps filled |
 //! | `decimation` | half the sample rate behind an anti-alias filter |
 //! | `onset` | a jump in the motion ends a segment |
 //! | `ssi_cov`, `weighting` | covariance-driven subspace identification, all orders at once |
@@ -89,6 +89,7 @@ pub mod selection;
 mod separable;
 pub mod setups;
 pub mod shape_uncertainty;
+mod short_gaps;
 pub mod singular_values;
 pub mod ssi_cov;
 pub mod stabilisation;
