@@ -23,6 +23,12 @@ const LOST_SHARE_MAX: f64 = 0.05;
 const PARTS: usize = 12;
 /// Falling parts that a stationary record does not show: eight in order by chance, 1/8!, 2e-5.
 const FALLING_PARTS: usize = 8;
+/// Parts this near to the lowest are its floor.
+const FLOOR_RATIO: f64 = 1.5;
+/// Part of the first power that is left of a decay that is faster than eight parts, and parts that
+/// it falls in: of a stationary record the parts hold several independent envelopes each.
+const FALL_SHARE: f64 = 0.1;
+const FAST_FALLS: usize = 3;
 /// Times that tones are sought again in what is left.
 const ROUNDS: usize = 3;
 /// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and four
@@ -300,11 +306,13 @@ fn is_transient(values: &[f64], channels: usize) -> bool {
     let largest = (0..PARTS).max_by(|a, b| powers[*a].total_cmp(&powers[*b])).unwrap_or(0);
     let floor = powers.iter().copied().fold(f64::INFINITY, f64::min);
     let quiet_before = powers[..largest].iter().all(|p| *p < 0.1 * powers[largest]);
-    let falls = powers[largest..].windows(2).take_while(|pair| pair[1] < pair[0] || pair[1] < 1.5 * floor).count();
+    let behind = || powers[largest..].windows(2);
+    let falls = behind().take_while(|pair| pair[1] < pair[0] || pair[1] < FLOOR_RATIO * floor).count();
     let to_the_end = largest + falls + 1 == PARTS;
-    // Nine tenths of the energy behind a blow in its first parts: nothing stationary does that.
-    let falls_far = floor < 0.01 * powers[largest];
-    quiet_before && to_the_end && (falls + 1 >= FALLING_PARTS || (falls_far && falls >= 3))
+    // Parts near the floor fall by chance; above it none does eight times.
+    let above = behind().take_while(|pair| pair[1] < pair[0] && pair[0] > FLOOR_RATIO * floor).count();
+    let falls_far = floor < FALL_SHARE * powers[largest] && falls >= FAST_FALLS;
+    quiet_before && to_the_end && (above + 1 >= FALLING_PARTS || falls_far)
 }
 
 /// Shapes in step, and modes whose shape is complex for no delay, when they are otherwise resolved.
@@ -337,4 +345,22 @@ fn with_complex_shapes(accumulated: &Accumulated, config: &Config, left_s: &[f64
         mode.phase_collinearity = modal_phase_collinearity(&mode.mode_shape);
     }
     Ok(selection)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_noise::Noise;
+
+    #[test]
+    fn a_steady_record_whose_first_part_is_the_strongest_is_no_decay() {
+        let mut noise = Noise::new(7);
+        let tone = |t: usize| if t < 100 { 1.1 } else { 1.0 } * libm::sin(0.7 * t as f64);
+        let steady: Vec<f64> = (0..1200).map(|t| tone(t) + 0.05 * noise.normal()).collect();
+        assert!(!is_transient(&steady, 1));
+        let decay: Vec<f64> = (0..1200)
+            .map(|t| libm::exp(-0.01 * t as f64) * libm::sin(0.7 * t as f64) + 0.01 * noise.normal())
+            .collect();
+        assert!(is_transient(&decay, 1));
+    }
 }

@@ -106,12 +106,14 @@ impl NarrowBand {
             return Some(lines);
         }
         // A mode under the line seems to make it grow; then a mode is what is left. Of a line that
-        // wanders other lines are.
+        // wanders other lines are; and a peak of chance grows, so that chance has to be excluded for
+        // all candidates.
         let rest = without(envelope, &lines);
         let may_be_steady =
             |line: &Line| line.growth.abs() < GROWTH_MAX + GROWTH_SIGMA * self.growth_deviation(&rest, line);
         let leaves_a_mode = || !self.is_unlikely(&rest, self.fit(&self.periodogram(&rest)), 1);
-        (lines.iter().all(may_be_steady) && leaves_a_mode()).then_some(lines)
+        let no_chance = || self.chance(envelope, before, count) < CHANCE / super::CANDIDATES_MAX as f64;
+        (lines.iter().all(may_be_steady) && no_chance() && leaves_a_mode()).then_some(lines)
     }
 
     /// Standard deviation of the growth of a line in what is left beside it, which a mode under the
@@ -142,23 +144,30 @@ impl NarrowBand {
         let mut random = Seeded::new(0x70E5);
         let mut gains: Vec<f64> = Vec::new();
         while (gains.len() as f64) < 1.0 / CHANCE {
-            let simulated = self.simulate(before, &mut random);
-            let chance = self.gain(&simulated, self.fit(&self.periodogram(&simulated)), count);
+            let chance = self.simulated_gain(before, count, &mut random);
             if chance >= gain {
                 return false;
             }
             gains.push(chance);
-            if gains.len() == FIRST_SIMULATIONS {
-                gains.sort_by(f64::total_cmp);
-                let start = gains[9 * FIRST_SIMULATIONS / 10];
-                let excess = gains[9 * FIRST_SIMULATIONS / 10..].iter().map(|g| g - start).sum::<f64>();
-                let mean = excess / (FIRST_SIMULATIONS / 10) as f64;
-                if 0.1 * libm::exp(-(gain - start) / mean) < CLEAR_SHARE * CHANCE {
-                    return true;
-                }
+            if gains.len() == FIRST_SIMULATIONS && tail(&mut gains, gain) < CLEAR_SHARE * CHANCE {
+                return true;
             }
         }
         true
+    }
+
+    /// Probability that a mode as fitted gains as much by so many lines, by the tail of
+    /// [`FIRST_SIMULATIONS`] gains.
+    fn chance(&self, envelope: &[c64], before: Fit, count: usize) -> f64 {
+        let mut random = Seeded::new(0x70E5);
+        let mut gains: Vec<f64> =
+            (0..FIRST_SIMULATIONS).map(|_| self.simulated_gain(before, count, &mut random)).collect();
+        tail(&mut gains, self.gain(envelope, before, count))
+    }
+
+    fn simulated_gain(&self, before: Fit, count: usize, random: &mut Seeded) -> f64 {
+        let simulated = self.simulate(before, random);
+        self.gain(&simulated, self.fit(&self.periodogram(&simulated)), count)
     }
 
     /// What so many lines gain in log-likelihood.
@@ -294,6 +303,14 @@ impl NarrowBand {
             })
             .collect()
     }
+}
+
+/// Probability of a gain beyond the largest tenth of some, which is exponential.
+fn tail(gains: &mut [f64], gain: f64) -> f64 {
+    gains.sort_by(f64::total_cmp);
+    let upper = &gains[9 * gains.len() / 10..];
+    let mean = upper.iter().map(|g| g - upper[0]).sum::<f64>() / upper.len() as f64;
+    0.1 * libm::exp(-(gain - upper[0]).max(0.0) / mean)
 }
 
 /// The envelope without its lines.
