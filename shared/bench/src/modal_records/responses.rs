@@ -159,9 +159,9 @@ mod tests {
         let trials: Vec<Trial> =
             [Kind::Additive, Kind::Proportional].iter().flat_map(|kind| (0..3).map(|k| trial(*kind, 61, k))).collect();
         let row = row(Kind::Additive, &trials);
-        // Some 18 errors of unit variance each: beyond 0.6 and 1.5 once in a thousand slices.
+        // 18 errors of unit variance each: one in a thousand is below 0.52, and beyond 1.53.
         for rms_z in [row.frequency_rms_z, row.damping_rms_z] {
-            assert!(rms_z > 0.6 && rms_z < 1.5, "{row:?}");
+            assert!(rms_z > 0.52 && rms_z < 1.53, "{row:?}");
         }
     }
 }
