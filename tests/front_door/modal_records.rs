@@ -84,3 +84,23 @@ fn tones_are_named_and_the_modes_beside_them_stay() {
         assert_eq!(of_nature(&answer, "tone").len(), tones, "{answer:#}");
     }
 }
+
+#[test]
+fn six_records_of_responses_scatter_as_their_deviations_say() {
+    let mut squares = Vec::new();
+    for record in 0..6 {
+        let answer = answer(&format!("frf_noise_{record}.csv.gz"));
+        let modes = of_nature(&answer, "mode");
+        assert_eq!(modes.len(), 2, "{answer:#}");
+        for (mode, (f, zeta)) in modes.iter().zip([(20.0, 0.01), (55.0, 0.02)]) {
+            let z = [
+                (number(mode, "frequency_hz") - f) / number(mode, "frequency_sd"),
+                (number(mode, "damping") - zeta) / number(mode, "damping_sd"),
+            ];
+            squares.extend(z.map(|z| z * z));
+        }
+    }
+    // 1 % and 99 % of χ² with 24 degrees of freedom.
+    let sum: f64 = squares.iter().sum();
+    assert!(sum > 10.86 && sum < 42.98, "{squares:?}");
+}

@@ -163,10 +163,18 @@ fn names_of_the_plant(recording: &Recording, plant: &Plant) -> Result<Vec<String
     Ok(notes)
 }
 
-/// The name most like `name`, if any is like it.
+/// The name most like `name`, if any is like it: of short names, whose likeness is low, the only one
+/// that a single slip of the hand turns into it.
 pub fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let likeness = names.map(|known| (strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase()), known));
-    likeness.filter(|(likeness, _)| *likeness > 0.8).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, known)| known)
+    let names: Vec<&str> = names.collect();
+    let lower = name.to_lowercase();
+    let likeness = names.iter().map(|known| (strsim::jaro_winkler(&known.to_lowercase(), &lower), *known));
+    let like = likeness.filter(|(likeness, _)| *likeness > 0.8).max_by(|a, b| a.0.total_cmp(&b.0));
+    like.map(|(_, known)| known).or_else(|| {
+        let slip = |known: &&&str| strsim::damerau_levenshtein(&known.to_lowercase(), &lower) == 1;
+        let mut slips = names.iter().filter(slip);
+        slips.next().filter(|_| lower.chars().count() > 1 && slips.next().is_none()).copied()
+    })
 }
 
 impl Loaded {
@@ -296,4 +304,17 @@ pub fn wrapped(text: &str, indent: &str) -> String {
     }
     out.push('\n');
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn a_slip_in_a_short_name_finds_it_unless_two_names_are_as_near() {
+        assert_eq!(nearest("ay", ["ax", "bz", "q"].into_iter()), Some("ax"));
+        assert_eq!(nearest("a9", ["a1", "a2"].into_iter()), None);
+        assert_eq!(nearest("torqe", ["torque", "angle"].into_iter()), Some("torque"));
+        assert_eq!(nearest("q", ["u", "y"].into_iter()), None);
+    }
 }

@@ -14,6 +14,8 @@ mod campaign;
 pub mod defects;
 pub mod generator;
 pub mod known_input;
+mod responding;
+pub mod responses;
 pub mod structure;
 
 pub use campaign::{Figures, figures};

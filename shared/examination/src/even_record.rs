@@ -92,16 +92,8 @@ impl EvenRecord {
     }
 
     fn note_clipped(&mut self, channels: &[&Channel], columns: &[Vec<f64>]) {
-        for (channel, column) in channels.iter().zip(columns) {
-            if let Some(found) = clipped(column) {
-                let percent = 100.0 * found.share;
-                let said = format!(
-                    "{percent:.2} % of the samples stand at {:.6}: used as they are, which adds noise and harmonics",
-                    found.level
-                );
-                self.treat("saturation", &channel.name, found.level, "si", said);
-            }
-        }
+        let named = channels.iter().zip(columns);
+        self.treatments.extend(named.filter_map(|(channel, column)| at_a_limit(&channel.name, column)));
     }
 
     fn treat(&mut self, check: &'static str, channel: &str, value: f64, unit: &'static str, did: String) {
@@ -177,6 +169,18 @@ impl EvenRecord {
             }
         }
     }
+}
+
+/// The finding that samples of a channel stand at a limit.
+#[must_use]
+pub fn at_a_limit(name: &str, column: &[f64]) -> Option<Treatment> {
+    let found = clipped(column)?;
+    let did = format!(
+        "{:.2} % of the samples stand at {:.6}: used as they are, which adds noise and harmonics",
+        100.0 * found.share,
+        found.level
+    );
+    Some(Treatment { check: "saturation", channel: name.into(), value: found.level, unit: "si", did })
 }
 
 /// Of each fresh row, the first value that exists until the next.

@@ -1,26 +1,42 @@
 //! Modes of measured frequency responses: rational fractions of rising order until an order splits
-//! or invents a mode.
+//! or invents a mode, and weighted least squares from there.
 //!
 //! An order is accepted when all its poles decay, none beyond the damping sought, and no two lie
 //! within each other's half-power bandwidths: a fraction with more poles than the responses have
 //! modes spends them on halves of one peak, or on noise. Modes closer than their bandwidths are
 //! therefore not separated here. Of the accepted orders the one of smallest
 //! `n ln RSS + unknowns · ln n` (Schwarz 1978) is reported, RSS of the responses synthesised from
-//! its modes; standard deviations are the scatter of a mode over all accepted orders that show it,
-//! and over numerators of four orders.
+//! its modes.
+//!
+//! From its poles, weighted least squares of
+//! `H_c(s) = Σ_k r_ck/(s − λ_k) + r̄_ck/(s − λ̄_k) + Σ_j ρ_cj s^j`, j = −2 … 4, find the optimum
+//! beside them ([`refinement`]), with the noise of the residual: one level per channel and, where
+//! the residual shows it, a part in proportion to `|H|²` ([`lines`]). Standard deviations are those
+//! of the Fisher information at that noise, freedom counted, with the covariance of the score that
+//! correlated residuals of neighbouring lines give (windows, zero padding, leakage). At white
+//! residuals the estimate has the Cramér–Rao bound. Pintelon & Schoukens 2012, ch. 9.
 
-use crate::mac::normalised;
+mod deviations;
+mod lines;
+mod refinement;
+
 use crate::projection::Basis;
 use crate::rational_fraction::{Orders, RfpError, of_responses};
+use crate::residual_correlation::lines_of;
 use faer::c64;
+use lines::ResponseLines;
+use refinement::Refined;
 use std::ops::RangeInclusive;
 
 /// Terms of a channel for the modes outside the lines.
 const RESIDUAL_TERMS: usize = 3;
+/// Least damping ratio in its standard deviations. A fraction spends a pole on the highest of the
+/// lines' noise peaks; its width is that of chance.
+const DAMPING_SIGNIFICANCE: f64 = 3.0;
+/// Orders above the accepted one that are tried where it leaves more than noise.
+const REJECTED_TRIED: usize = 4;
 /// Orders tried beyond the last accepted one.
 const ORDERS_BEYOND: usize = 3;
-/// A pole of another order this near, in bandwidths, is the same mode.
-const SAME_BANDWIDTHS: f64 = 1.0;
 
 /// A mode of the responses.
 #[derive(Clone, Debug)]
@@ -29,10 +45,15 @@ pub struct ResponseMode {
     pub pole: c64,
     pub frequency_hz: f64,
     pub damping_ratio: f64,
-    /// Scatter over the accepted orders and numerators.
-    pub scatter: Option<(f64, f64)>,
+    /// Standard deviation of the frequency [Hz].
+    pub frequency_sd: f64,
+    /// Standard deviation of the damping ratio.
+    pub damping_sd: f64,
     /// Residues per channel, largest component 1.
     pub mode_shape: Vec<c64>,
+    /// Standard deviations of the shape's real and imaginary parts, per channel; zero for the
+    /// largest component.
+    pub shape_sd: Vec<c64>,
 }
 
 /// Modes of the accepted order, and the poles of all orders.
@@ -42,8 +63,16 @@ pub struct ResponseFit {
     pub modes: Vec<ResponseMode>,
     /// Poles of every order tried, and whether the order was accepted.
     pub poles: Vec<(usize, c64, bool)>,
-    /// The responses of the modes found and three residual terms, channel by channel.
+    /// The responses of the modes found and the residual terms, channel by channel.
     pub synthesised: Vec<Vec<c64>>,
+    /// Modes left out because their damping is within three deviations of zero: peaks of noise, and
+    /// lines without a width.
+    pub unresolved: Vec<ResponseMode>,
+    /// Neighbouring lines of which the residuals are correlated; 0 where they are white.
+    pub correlated_lines: usize,
+    /// The lines are those of segments under Hann windows, by the correlation of their residuals,
+    /// and the width of the window is part of the model.
+    pub hann_windows: bool,
 }
 
 /// Modes of `responses` (one per channel over `frequency_hz`), even orders of the denominator
@@ -81,23 +110,68 @@ pub fn identify(
     }
     let lines = frequency_hz.len();
     let criteria =
-        accepted.iter().map(|(_, poles)| criterion(responses, &residues(frequency_hz, responses, poles).1, poles));
+        accepted.iter().map(|(_, poles)| criterion(responses, &synthesised(frequency_hz, responses, poles), poles));
     let best = criteria.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| accepted[k].clone());
     let Some((order, poles)) = best else {
         return Err(first_error.unwrap_or(RfpError::NotDetermined { lines }));
     };
-    // The order reported once more with other numerators: a mode that no smaller order shows
-    // scatters, too.
-    for extra in [2, 6, 10] {
-        let tried = Orders { denominator: order, numerator: order + extra, transient: 0 };
-        accepted.extend(of_responses(frequency_hz, responses, tried).ok().map(|poles| (order, poles)));
+    let undetermined = RfpError::NotDetermined { lines };
+    let seen = ResponseLines::new(frequency_hz, responses);
+    let mut found = refinement::refined(&seen, &poles).ok_or_else(|| undetermined.clone())?;
+    let mut chosen = order;
+    if !found.is_noise() {
+        let sought = Sought { band_hz, damping_max };
+        if let Some((order, better)) = among_rejected(&seen, sought, &all, (order, &found)) {
+            (chosen, found) = (order, better);
+        }
     }
-    let (shapes, synthesised) = residues(frequency_hz, responses, &poles);
-    let modes = poles.iter().zip(shapes).map(|(pole, mode_shape)| {
-        let (frequency_hz, damping_ratio) = numbers(*pole);
-        ResponseMode { pole: *pole, frequency_hz, damping_ratio, scatter: scatter(*pole, &accepted), mode_shape }
-    });
-    Ok(ResponseFit { order, modes: modes.collect(), poles: all, synthesised })
+    let mut modes = deviations::modes(&found).ok_or(undetermined)?;
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let unresolved = modes.extract_if(.., |mode| !is_resolved(mode)).collect();
+    Ok(ResponseFit {
+        order: chosen,
+        unresolved,
+        modes,
+        poles: all,
+        synthesised: found.fit.at.channels.iter().map(|channel| lines_of(&channel.model, 2)).collect(),
+        correlated_lines: found.correlations.len(),
+        hann_windows: found.fit.windowed,
+    })
+}
+
+fn is_resolved(mode: &ResponseMode) -> bool {
+    mode.damping_ratio > DAMPING_SIGNIFICANCE * mode.damping_sd
+}
+
+/// Where modes are sought.
+#[derive(Clone, Copy)]
+struct Sought {
+    band_hz: (f64, f64),
+    damping_max: f64,
+}
+
+/// Of the orders above the one accepted the lowest whose residual is noise alone where that of the
+/// accepted one is not: one peak then holds two modes, and both are resolved.
+fn among_rejected(
+    lines: &ResponseLines,
+    sought: Sought,
+    all: &[(usize, c64, bool)],
+    (accepted, found): (usize, &Refined),
+) -> Option<(usize, Refined)> {
+    let mut orders: Vec<usize> = all.iter().map(|(order, ..)| *order).filter(|order| *order > accepted).collect();
+    orders.dedup();
+    orders.truncate(REJECTED_TRIED);
+    orders.into_iter().find_map(|order| {
+        let of_order = all.iter().filter(|(of, ..)| *of == order).map(|(_, pole, _)| *pole);
+        let tried: Vec<c64> =
+            of_order.filter(|pole| acceptable(&[*pole], sought.band_hz, sought.damping_max)).collect();
+        if tried.len() <= found.fit.at.poles.len() || !found.is_worse_than(lines, &tried) {
+            return None;
+        }
+        let found = refinement::refined(lines, &tried).filter(Refined::is_noise)?;
+        let resolved = deviations::modes(&found)?.iter().all(is_resolved);
+        resolved.then_some((order, found))
+    })
 }
 
 fn numbers(pole: c64) -> (f64, f64) {
@@ -122,24 +196,9 @@ fn criterion(responses: &[Vec<c64>], synthesised: &[Vec<c64>], poles: &[c64]) ->
     numbers * libm::log(squares.max(f64::MIN_POSITIVE)) + unknowns * libm::log(numbers)
 }
 
-/// Standard deviation of frequency and damping over the orders that show the mode.
-fn scatter(pole: c64, accepted: &[(usize, Vec<c64>)]) -> Option<(f64, f64)> {
-    let near = |poles: &Vec<c64>| {
-        let nearest = poles.iter().min_by(|a, b| (*a - pole).norm_sqr().total_cmp(&(*b - pole).norm_sqr()))?;
-        ((nearest.im - pole.im).abs() < -2.0 * SAME_BANDWIDTHS * pole.re).then(|| numbers(*nearest))
-    };
-    let found: Vec<(f64, f64)> = accepted.iter().filter_map(|(_, poles)| near(poles)).collect();
-    let n = found.len() as f64;
-    let deviation = |of: fn(&(f64, f64)) -> f64| {
-        let mean = found.iter().map(of).sum::<f64>() / n;
-        (found.iter().map(|x| (of(x) - mean) * (of(x) - mean)).sum::<f64>() / (n - 1.0)).sqrt()
-    };
-    (found.len() > 1).then(|| (deviation(|x| x.0), deviation(|x| x.1)))
-}
-
-/// Shapes and synthesised responses: `Σ c/(s−λ) + c̄/(s−λ̄) + r₀ + r₁ s + r₂ s²`, by least squares
-/// per channel.
-fn residues(frequency_hz: &[f64], responses: &[Vec<c64>], poles: &[c64]) -> (Vec<Vec<c64>>, Vec<Vec<c64>>) {
+/// Synthesised responses: `Σ c/(s−λ) + c̄/(s−λ̄) + r₀ + r₁ s + r₂ s²`, by least squares per
+/// channel.
+fn synthesised(frequency_hz: &[f64], responses: &[Vec<c64>], poles: &[c64]) -> Vec<Vec<c64>> {
     let lines = frequency_hz.len();
     let scale = 2.0 * std::f64::consts::PI * frequency_hz[lines - 1];
     let s: Vec<c64> = frequency_hz.iter().map(|f| c64::new(0.0, 2.0 * std::f64::consts::PI * f)).collect();
@@ -156,17 +215,12 @@ fn residues(frequency_hz: &[f64], responses: &[Vec<c64>], poles: &[c64]) -> (Vec
     complex.push(s.iter().map(|s| s * s / (scale * scale)).collect());
     let stacked = |values: &[c64]| -> Vec<f64> { values.iter().flat_map(|x| [x.re, x.im]).collect() };
     let basis = Basis::new(complex.iter().flat_map(|column| stacked(column)).collect(), 2 * lines);
-    let mut shapes = vec![Vec::new(); poles.len()];
-    let mut synthesised = Vec::new();
-    for response in responses {
+    let of = |response: &Vec<c64>| {
         let found = basis.coefficients(basis.project_out(&mut stacked(response)));
-        for (k, shape) in shapes.iter_mut().enumerate() {
-            shape.push(c64::new(found[2 * k], found[2 * k + 1]));
-        }
         let at = |line: usize| complex.iter().zip(&found).fold(c64::new(0.0, 0.0), |sum, (x, c)| sum + x[line] * *c);
-        synthesised.push((0..lines).map(at).collect());
-    }
-    (shapes.into_iter().map(|shape| normalised(shape.into_iter())).collect(), synthesised)
+        (0..lines).map(at).collect()
+    };
+    responses.iter().map(of).collect()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::decimation::{HalfBand, PASS_BAND};
 use crate::gram::Gram;
 use crate::mac::modal_assurance_criterion;
-use crate::pairs::covariances;
+use crate::pairs::PairCovariances;
 use crate::selection::{Mode, Selection, SelectionSettings, select_modes};
 use crate::ssi_cov::SsiError;
 use crate::stabilisation::{RejectedPole, Rejection};
@@ -24,6 +24,13 @@ const USABLE_BAND: f64 = 0.48;
 /// Variances of one mode at two rates this close count as equal; then persistence over the orders
 /// decides, which sees bias.
 const RATE_VARIANCE_SLACK: f64 = 2.0;
+
+/// Deviations from which dampings at two rates are not of one mode: estimates from the same samples
+/// have errors in common, so that three are less than once in a thousand modes.
+const DISAGREEMENT_SIGMA: f64 = 3.0;
+/// Orders over which poles persist that are taken for those of a mode, as in the selection of
+/// modes.
+const PERSISTENT_ORDERS: usize = 6;
 
 /// Settings of the identifier.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -164,24 +171,27 @@ impl ModalIdentifier {
     /// # Errors
     /// [`ModalError`] when no rate can be solved at all.
     pub fn identify_with_reasons(&mut self) -> Result<Selection, ModalError> {
-        let selections = (0..self.covariances.len()).map(|halving| self.select_at(halving));
-        of_all_rates(&self.config, self.samples(), selections)
+        self.identify_by(&self.config)
     }
 
-    fn select_at(&self, halving: usize) -> Result<Selection, SsiError> {
-        let covariance = &self.covariances[halving];
-        select_at(&self.config, halving, &covariance.gram(), Blocks::Windows(&covariance.block_grams()))
+    /// As [`Self::identify_with_reasons`], by the selection of other settings.
+    ///
+    /// # Errors
+    /// [`ModalError`] when no rate can be solved at all.
+    pub(crate) fn identify_by(&self, config: &Config) -> Result<Selection, ModalError> {
+        let select = |(halving, covariance): (usize, &StreamingCovariance)| {
+            select_at(config, halving, &covariance.gram(), Blocks::Windows(&covariance.block_grams()))
+        };
+        of_all_rates(config, self.samples(), self.covariances.iter().enumerate().map(select))
     }
 }
 
-/// Modes of a stationary record with samples missing (NaN): from the pairs that exist, at the same
-/// rates as in flight.
+/// Modes of a stationary record with samples missing, from the pairs that exist, at the same rates
+/// as in flight.
 ///
 /// # Errors
 /// [`ModalError`] when the pairs are too few, or no channel can be a reference.
-pub fn identify_by_pairs(samples: &[f64], config: &Config) -> Result<Selection, ModalError> {
-    let rates = covariances(samples, config.channels, config.block_rows, config.halvings);
-    let rows = (samples.len() / config.channels) as u64;
+pub(crate) fn select_by_pairs(rates: &[PairCovariances], rows: u64, config: &Config) -> Result<Selection, ModalError> {
     let selections =
         rates.iter().enumerate().map(|(halving, of)| select_at(config, halving, &of.gram(), Blocks::Pairs(of)));
     of_all_rates(config, rows, selections)
@@ -244,8 +254,9 @@ fn keep_best_rate(mut all: Selection) -> Selection {
     let slowest: Vec<usize> =
         groups.iter().map(|group| group.iter().map(|mode| mode.decimation).max().unwrap_or(1)).collect();
     for (k, mut group) in groups.clone().into_iter().enumerate() {
-        if let Some(narrow) = narrower(&group[0], slowest[k], &groups) {
-            all.rejected.extend(group.iter().map(|mode| left_out(mode, narrow.decimation)));
+        let narrow = narrower(&group[0], slowest[k], &groups).map(|narrow| narrow.decimation);
+        if let Some(decimation) = narrow.or_else(|| unresolved_in_place(&group[0], slowest[k], &all.rejected)) {
+            all.rejected.extend(group.iter().map(|mode| left_out(mode, decimation)));
             continue;
         }
         let slack = RATE_VARIANCE_SLACK * variance(&group[0]);
@@ -275,6 +286,24 @@ fn narrower<'a>(mode: &Mode, slowest: usize, groups: &'a [Vec<Mode>]) -> Option<
             && other.damping_ratio < mode.damping_ratio
             && other.sigma_frequency_hz < mode.sigma_frequency_hz
     })
+}
+
+/// A slower rate than all that show `mode` where narrower poles persist within its half-power
+/// width, over [`PERSISTENT_ORDERS`] orders, whose damping is not resolved but is not that of
+/// `mode`: modes that the record is too short for, which the fast rate takes for one wide one.
+fn unresolved_in_place(mode: &Mode, slowest: usize, rejected: &[RejectedPole]) -> Option<usize> {
+    let in_place = |pole: &&RejectedPole| {
+        let Rejection::NotResolved { damping_ratio, sigma_damping, .. } = pole.reason else { return false };
+        pole.decimation > slowest
+            && mode.damping_ratio - damping_ratio > DISAGREEMENT_SIGMA * mode.sigma_damping.hypot(sigma_damping)
+            && (pole.frequency_hz - mode.frequency_hz).abs() <= 2.0 * mode.damping_ratio * mode.frequency_hz
+    };
+    let mut poles: Vec<(usize, usize)> =
+        rejected.iter().filter(in_place).map(|pole| (pole.decimation, pole.order)).collect();
+    poles.sort_unstable();
+    poles.dedup();
+    let rate = poles.chunk_by(|a, b| a.0 == b.0).find(|of_rate| of_rate.len() >= PERSISTENT_ORDERS)?;
+    Some(rate[0].0)
 }
 
 fn left_out(mode: &Mode, better_decimation: usize) -> RejectedPole {

@@ -32,7 +32,7 @@
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
 //! | `operational` | a whole record without inputs, as it is: gaps, tones, late channels |
 //! | `tones` | tones of machines: found, distinguished from modes, taken out |
-//! | `pairs` | covariances of a stationary record with samples missing |
+//! | `pairs`, `short_gaps` | a stationary record with samples missing: covariances of pairs; short gaps filled |
 //! | `decimation` | half the sample rate behind an anti-alias filter |
 //! | `onset` | a jump in the motion ends a segment |
 //! | `ssi_cov`, `weighting` | covariance-driven subspace identification, all orders at once |
@@ -45,7 +45,8 @@
 //! | `known_input` | search, direct term and verdict of a record with known input, in a loop or not |
 //! | `adequacy`, `innovations` | tests of the residuals; known input with a disturbance |
 //! | `era`, `lsce`, `po_moesp`, `rational_fraction` | methods of the literature |
-//! | `frequency_responses` | frequency responses with coherence from records |
+//! | `frequency_responses` | modes of measured frequency responses |
+//! | `separable`, `residual_correlation`, `lag_window` | least squares with weights, their residuals; windows |
 //! | `hand_selection` | poles of the sweep that a person points at |
 //! | `setups` | several setups with common reference sensors: merged after or before identification |
 //! | `low_rate` | a record at a lower rate behind an anti-alias filter; trends taken out |
@@ -65,6 +66,7 @@ mod history;
 pub mod identifier;
 mod innovations;
 pub mod known_input;
+mod lag_window;
 mod leading;
 pub mod low_rate;
 pub mod lsce;
@@ -81,10 +83,13 @@ pub mod po_moesp;
 mod projection;
 pub mod rational_fraction;
 pub mod record;
+mod residual_correlation;
 mod seeded;
 pub mod selection;
+mod separable;
 pub mod setups;
 pub mod shape_uncertainty;
+mod short_gaps;
 pub mod singular_values;
 pub mod ssi_cov;
 pub mod stabilisation;

@@ -13,7 +13,7 @@
 
 mod basis;
 mod evaluation;
-mod information;
+pub(crate) mod information;
 pub(crate) mod scan;
 mod start;
 

@@ -1,16 +1,18 @@
 //! Modes of a whole record without inputs, as it is: with samples missing, tones of machines, and
 //! channels that are late.
 //!
-//! A complete record goes through the identifier that flies, behind the gate that finds jumps. A
-//! stationary one with many gaps goes through covariances of pairs ([`crate::pairs`]). In a
-//! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified
-//! from the rest.
+//! A complete record goes through the identifier that flies, behind the gate that finds jumps. In a
+//! stationary one short gaps are filled ([`crate::short_gaps`]); with many others it goes through
+//! covariances of pairs ([`crate::pairs`]). In a stationary record tones are found and taken out
+//! ([`crate::tones`]), and the modes identified from the rest.
 
-use crate::identifier::{Config, ModalError, ModalIdentifier, identify_by_pairs};
+use crate::identifier::{Config, ModalError, ModalIdentifier, select_by_pairs};
 use crate::mac::{modal_phase_collinearity, normalised};
 use crate::onset::OnsetGate;
+use crate::pairs::{PairCovariances, covariances};
 use crate::record::Record;
 use crate::selection::{Mode, Selection};
+use crate::short_gaps;
 use crate::stabilisation::{RejectedPole, Rejection};
 use crate::tones::{Tone, ToneSearch, powers};
 use faer::c64;
@@ -21,6 +23,12 @@ const LOST_SHARE_MAX: f64 = 0.05;
 const PARTS: usize = 12;
 /// Falling parts that a stationary record does not show: eight in order by chance, 1/8!, 2e-5.
 const FALLING_PARTS: usize = 8;
+/// Parts this near to the lowest are its floor.
+const FLOOR_RATIO: f64 = 1.5;
+/// Part of the first power that is left of a decay that is faster than eight parts, and parts that
+/// it falls in: of a stationary record the parts hold several independent envelopes each.
+const FALL_SHARE: f64 = 0.1;
+const FAST_FALLS: usize = 3;
 /// Times that tones are sought again in what is left.
 const ROUNDS: usize = 3;
 /// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and four
@@ -49,7 +57,10 @@ pub struct Operational {
     pub evidence: Evidence,
     /// The record moves freely or is struck: neither pairs nor tones are sought.
     pub transient: bool,
-    /// Samples without the tones, where there are any.
+    /// Samples that were missing in short gaps and are filled from those beside them.
+    pub filled: usize,
+    /// Samples as they were identified, where that is not as they are in the record: without tones,
+    /// with short gaps filled.
     pub rest: Option<Vec<f64>>,
 }
 
@@ -89,14 +100,23 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
     let (shifted, left_s) = in_step(record, known.delays_s);
     let values = shifted.as_ref().unwrap_or(&record.outputs);
     let transient = is_transient(values, record.channels);
+    let filled = if transient { None } else { short_gaps::filled(values, record.channels) };
+    let (values, filled) = filled.as_ref().map_or((values, 0), |(values, count)| (values, *count));
     let evidence = if transient { Evidence::Windows } else { evidence(values, config) };
     let identified = |values: &[f64]| {
-        let selection = selection(values, evidence, config)?;
-        with_complex_shapes(selection, values, evidence, config, &left_s)
+        let accumulated = Accumulated::new(values, evidence, config);
+        with_complex_shapes(&accumulated, config, &left_s)
     };
     let mut selection = identified(values)?;
-    let mut found =
-        Operational { modes: Vec::new(), tones: Vec::new(), rejected: Vec::new(), evidence, transient, rest: None };
+    let mut found = Operational {
+        modes: Vec::new(),
+        tones: Vec::new(),
+        rejected: Vec::new(),
+        evidence,
+        transient,
+        filled,
+        rest: None,
+    };
     if !transient {
         let mut search = ToneSearch::new(values, record.channels, record.sample_rate_hz);
         for _ in 0..ROUNDS {
@@ -104,6 +124,7 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
             if taken == 0 {
                 taken = selection.modes.iter().filter(|mode| search.wandering(mode)).count();
                 let modes_hz: Vec<f64> = selection.modes.iter().map(|mode| mode.frequency_hz).collect();
+                taken += search.wandering_pairs(&selection.modes);
                 taken += search.wandering_peaks(&modes_hz);
             }
             if taken == 0 {
@@ -121,35 +142,61 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
         }
         found.tones = search.tones;
     }
+    if found.rest.is_none() && filled > 0 {
+        found.rest = Some(values.clone());
+    }
     if known.clipped {
         let rest = found.rest.as_deref().unwrap_or(values);
-        let powers = powers(rest, record.sample_rate_hz, &selection.modes);
-        let combined: Vec<bool> = (0..powers.len()).map(|k| is_combination(k, &selection.modes, &powers)).collect();
-        let mut is = combined.iter();
-        for mode in selection.modes.extract_if(.., |_| is.next() == Some(&true)) {
-            selection.rejected.push(rejected(&mode, Rejection::Combination));
-        }
+        without_combinations(&mut selection, rest, config);
     }
     (found.modes, found.rejected) = (selection.modes, selection.rejected);
     Ok(found)
 }
 
-/// Clipping is odd: of modes at f₁, f₂, f₃ it makes motion at `|f₁ ± f₂ ± f₃|`, of three times
-/// their bandwidth, and weaker than any of them ([`COMBINATION_POWER`]).
-fn is_combination(k: usize, modes: &[Mode], powers: &[f64]) -> bool {
-    let stronger: Vec<&Mode> = (0..modes.len())
-        .filter(|other| powers[k] < COMBINATION_POWER * powers[*other])
-        .map(|other| &modes[other])
+/// Rejects the modes that stronger motion makes by clipping.
+fn without_combinations(selection: &mut Selection, values: &[f64], config: &Config) {
+    let sources = sources(selection);
+    let powers = powers(values, config.channels, config.sample_rate_hz, &sources);
+    let combined: Vec<bool> = selection
+        .modes
+        .iter()
+        .enumerate()
+        .map(|(k, mode)| is_combination(mode, powers[k], &sources, &powers))
         .collect();
-    let half_width = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
-    let mode = &modes[k];
+    let mut is = combined.iter();
+    for mode in selection.modes.extract_if(.., |_| is.next() == Some(&true)) {
+        selection.rejected.push(rejected(&mode, Rejection::Combination));
+    }
+}
+
+/// Frequency and damping of all that may move strongly: the modes, in their order, and poles apart
+/// from them that the record is too short to resolve.
+fn sources(selection: &Selection) -> Vec<(f64, f64)> {
+    let mut all: Vec<(f64, f64)> = selection.modes.iter().map(|mode| (mode.frequency_hz, mode.damping_ratio)).collect();
+    for pole in selection.rejected.iter().filter(|pole| matches!(pole.reason, Rejection::NotResolved { .. })) {
+        let (f, zeta) = (pole.frequency_hz, pole.damping_ratio);
+        if all.iter().all(|other| (other.0 - f).abs() > 2.0 * (zeta * f + other.0 * other.1)) {
+            all.push((f, zeta));
+        }
+    }
+    all
+}
+
+/// Clipping is odd: of motion at f₁, f₂, f₃ it makes motion at `|f₁ ± f₂ ± f₃|`, of three times the
+/// bandwidth, and weaker than any of them ([`COMBINATION_POWER`]).
+fn is_combination(mode: &Mode, power: f64, sources: &[(f64, f64)], powers: &[f64]) -> bool {
+    let stronger: Vec<(f64, f64)> = sources
+        .iter()
+        .zip(powers)
+        .filter(|(_, other)| power < COMBINATION_POWER * **other)
+        .map(|(of, _)| *of)
+        .collect();
     let near = |f: f64, widths: f64| (mode.frequency_hz - f.abs()).abs() < widths + 3.0 * mode.sigma_frequency_hz;
     stronger.iter().enumerate().any(|(i, a)| {
         stronger.iter().enumerate().skip(i).any(|(_, b)| {
             stronger.iter().any(|c| {
-                let widths = half_width(a) + half_width(b) + half_width(c);
-                let (f_a, f_b, f_c) = (a.frequency_hz, b.frequency_hz, c.frequency_hz);
-                [f_a + f_b + f_c, f_a + f_b - f_c, f_a - f_b + f_c].iter().any(|f| near(*f, widths))
+                let widths = a.0 * a.1 + b.0 * b.1 + c.0 * c.1;
+                [a.0 + b.0 + c.0, a.0 + b.0 - c.0, a.0 - b.0 + c.0].iter().any(|f| near(*f, widths))
             })
         })
     })
@@ -180,20 +227,42 @@ fn in_step(record: &Record, delays_s: &[f64]) -> (Option<Vec<f64>>, Vec<f64>) {
     (Some(values), left_s)
 }
 
+/// Covariances of samples, from which modes are selected by any settings of the selection.
+enum Accumulated {
+    Windows(Box<ModalIdentifier>),
+    Pairs(Vec<PairCovariances>, u64),
+}
+
+impl Accumulated {
+    fn new(values: &[f64], evidence: Evidence, config: &Config) -> Self {
+        match evidence {
+            Evidence::Pairs => Self::Pairs(
+                covariances(values, config.channels, config.block_rows, config.halvings),
+                (values.len() / config.channels) as u64,
+            ),
+            Evidence::Windows => {
+                let (mut identifier, mut gate) = (ModalIdentifier::new(config.clone()), OnsetGate::default());
+                values.chunks_exact(config.channels).for_each(|row| gate.push(row, &mut identifier));
+                gate.end_segment(&mut identifier);
+                Self::Windows(Box::new(identifier))
+            }
+        }
+    }
+
+    fn select(&self, config: &Config) -> Result<Selection, ModalError> {
+        match self {
+            Self::Pairs(rates, rows) => select_by_pairs(rates, *rows, config),
+            Self::Windows(identifier) => identifier.identify_by(config),
+        }
+    }
+}
+
 /// Modes of samples (NaN where none exists) by the evidence that they allow.
 ///
 /// # Errors
 /// [`ModalError`] when the record is too short or flat.
 pub fn selection(values: &[f64], evidence: Evidence, config: &Config) -> Result<Selection, ModalError> {
-    match evidence {
-        Evidence::Pairs => identify_by_pairs(values, config),
-        Evidence::Windows => {
-            let (mut identifier, mut gate) = (ModalIdentifier::new(config.clone()), OnsetGate::default());
-            values.chunks_exact(config.channels).for_each(|row| gate.push(row, &mut identifier));
-            gate.end_segment(&mut identifier);
-            identifier.identify_with_reasons()
-        }
-    }
+    Accumulated::new(values, evidence, config).select(config)
 }
 
 /// Pairs where windows would lose more than [`LOST_SHARE_MAX`] of the record.
@@ -237,26 +306,23 @@ fn is_transient(values: &[f64], channels: usize) -> bool {
     let largest = (0..PARTS).max_by(|a, b| powers[*a].total_cmp(&powers[*b])).unwrap_or(0);
     let floor = powers.iter().copied().fold(f64::INFINITY, f64::min);
     let quiet_before = powers[..largest].iter().all(|p| *p < 0.1 * powers[largest]);
-    let falls = powers[largest..].windows(2).take_while(|pair| pair[1] < pair[0] || pair[1] < 1.5 * floor).count();
+    let behind = || powers[largest..].windows(2);
+    let falls = behind().take_while(|pair| pair[1] < pair[0] || pair[1] < FLOOR_RATIO * floor).count();
     let to_the_end = largest + falls + 1 == PARTS;
-    // Nine tenths of the energy behind a blow in its first parts: nothing stationary does that.
-    let falls_far = floor < 0.01 * powers[largest];
-    quiet_before && to_the_end && (falls + 1 >= FALLING_PARTS || (falls_far && falls >= 3))
+    // Parts near the floor fall by chance; above it none does eight times.
+    let above = behind().take_while(|pair| pair[1] < pair[0] && pair[0] > FLOOR_RATIO * floor).count();
+    let falls_far = floor < FALL_SHARE * powers[largest] && falls >= FAST_FALLS;
+    quiet_before && to_the_end && (above + 1 >= FALLING_PARTS || falls_far)
 }
 
 /// Shapes in step, and modes whose shape is complex for no delay, when they are otherwise resolved.
-fn with_complex_shapes(
-    mut selection: Selection,
-    values: &[f64],
-    evidence: Evidence,
-    config: &Config,
-    left_s: &[f64],
-) -> Result<Selection, ModalError> {
+fn with_complex_shapes(accumulated: &Accumulated, config: &Config, left_s: &[f64]) -> Result<Selection, ModalError> {
+    let mut selection = accumulated.select(config)?;
     let scattered = |pole: &RejectedPole| matches!(pole.reason, Rejection::PhaseNotCollinear { .. });
     let mut loose = config.clone();
     loose.selection.phase_collinearity_min = 0.0;
     if selection.rejected.iter().any(scattered) {
-        let all = self::selection(values, evidence, &loose)?;
+        let all = accumulated.select(&loose)?;
         let known = selection.modes.clone();
         let near = |mode: &Mode, other: &Mode| {
             (mode.frequency_hz - other.frequency_hz).abs() < 2.0 * other.damping_ratio * other.frequency_hz
@@ -279,4 +345,22 @@ fn with_complex_shapes(
         mode.phase_collinearity = modal_phase_collinearity(&mode.mode_shape);
     }
     Ok(selection)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_noise::Noise;
+
+    #[test]
+    fn a_steady_record_whose_first_part_is_the_strongest_is_no_decay() {
+        let mut noise = Noise::new(7);
+        let tone = |t: usize| if t < 100 { 1.1 } else { 1.0 } * libm::sin(0.7 * t as f64);
+        let steady: Vec<f64> = (0..1200).map(|t| tone(t) + 0.05 * noise.normal()).collect();
+        assert!(!is_transient(&steady, 1));
+        let decay: Vec<f64> = (0..1200)
+            .map(|t| libm::exp(-0.01 * t as f64) * libm::sin(0.7 * t as f64) + 0.01 * noise.normal())
+            .collect();
+        assert!(is_transient(&decay, 1));
+    }
 }

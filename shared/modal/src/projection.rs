@@ -84,6 +84,15 @@ impl Basis {
         self.q.chunks_exact(self.rows).map(|q| dot(q, column)).collect()
     }
 
+    /// Share of every row that the columns take up: the diagonal of `Q Qᵀ`.
+    pub fn leverage(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.rows];
+        for q in self.q.chunks_exact(self.rows) {
+            sums.iter_mut().zip(q).for_each(|(sum, q)| *sum += q * q);
+        }
+        sums
+    }
+
     /// Coefficients `R⁻¹ parts` of the columns.
     pub fn coefficients(&self, mut parts: Vec<f64>) -> Vec<f64> {
         for k in (0..self.count).rev() {

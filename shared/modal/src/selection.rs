@@ -13,6 +13,7 @@
 
 use faer::c64;
 
+use crate::adequacy::chi_square_tail;
 use crate::gram::Gram;
 use crate::shape_uncertainty::{ShapeScale, shape_deviations};
 use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
@@ -33,15 +34,14 @@ const ORDER_MARGIN: usize = 2;
 /// of noise passes 3.
 const DAMPING_SIGNIFICANCE: f64 = 3.0;
 
-/// `ln(M/α)` of the coherence of chance: α = 1 % over M = 10⁴ products (frequencies and dampings
+/// Probability of the coherence of chance: α = 1 % over M = 10⁴ products (frequencies and dampings
 /// that a record of some thousand samples tells apart).
-const CHANCE_EXPONENT: f64 = 13.8;
+const CHANCE: f64 = 1e-6;
 
-/// Coherence that chance reaches with a probability below α: a pole has k = 4 l real numbers of
-/// shape to fit to it, and `P(χ²_k > k + 2√(k x) + 2x) ≤ e^(−x)` (Laurent & Massart 2000).
-fn coherence_of_chance(channels: usize) -> f64 {
-    let k = 4.0 * channels as f64;
-    (k + 2.0 * (k * CHANCE_EXPONENT).sqrt() + 2.0 * CHANCE_EXPONENT).sqrt()
+/// Whether chance reaches a coherence less often than [`CHANCE`]: a pole has 4 l real numbers of
+/// shape to fit to it, so that its square is at most χ² of as many degrees.
+fn is_beyond_chance(coherence: f64, channels: usize) -> bool {
+    coherence.is_infinite() || chi_square_tail(coherence * coherence, 4.0 * channels as f64) < CHANCE
 }
 
 /// An identified mode.
@@ -154,7 +154,11 @@ pub fn select_modes(
     let mut resolved = Vec::new();
     let first = |track: &Track| positions(track, complete_order.unwrap_or(0), CANDIDATES_FIRST);
     for (track, best) in stable.iter().zip(appraisal.best(&stable, first)) {
-        match best.map(|(pole, deviation)| refusal(pole, deviation, settings)) {
+        let refused = |(pole, deviation): (&Pole, PoleDeviation)| {
+            let by_chance = !is_beyond_chance(deviation.coherence, pole.mode_shape.len());
+            if by_chance { Some(not_resolved(pole, deviation)) } else { refusal(pole, deviation, settings) }
+        };
+        match best.map(refused) {
             Some(None) => resolved.push(track.clone()),
             Some(Some(reason)) => {
                 selection.rejected.extend(track.poles.iter().map(|pole| rejected(pole, decimation, reason)));
@@ -204,18 +208,21 @@ fn rejected(pole: &Pole, decimation: usize, reason: Rejection) -> RejectedPole {
     }
 }
 
+fn not_resolved(pole: &Pole, deviation: PoleDeviation) -> Rejection {
+    Rejection::NotResolved {
+        damping_ratio: pole.damping_ratio,
+        sigma_damping: deviation.sigma_damping,
+        sigma_frequency_hz: deviation.sigma_frequency_hz,
+    }
+}
+
 fn refusal(pole: &Pole, deviation: PoleDeviation, settings: &SelectionSettings) -> Option<Rejection> {
     let bandwidth_hz = 2.0 * pole.damping_ratio * pole.frequency_hz;
     // Written so that a deviation that is not a number counts as unresolved.
-    let resolved = deviation.coherence > coherence_of_chance(pole.mode_shape.len())
-        && deviation.sigma_damping * DAMPING_SIGNIFICANCE < pole.damping_ratio
+    let resolved = deviation.sigma_damping * DAMPING_SIGNIFICANCE < pole.damping_ratio
         && deviation.sigma_frequency_hz < 0.5 * bandwidth_hz;
     if !resolved {
-        return Some(Rejection::NotResolved {
-            damping_ratio: pole.damping_ratio,
-            sigma_damping: deviation.sigma_damping,
-            sigma_frequency_hz: deviation.sigma_frequency_hz,
-        });
+        return Some(not_resolved(pole, deviation));
     }
     (pole.phase_collinearity < settings.phase_collinearity_min).then_some(Rejection::PhaseNotCollinear {
         phase_collinearity: pole.phase_collinearity,

@@ -34,8 +34,10 @@ const CANDIDATES_MAX: usize = 40;
 /// Distance of lines that the record does not resolve: the width of the Hann window's peak.
 const REMAINDER_CELLS: f64 = 2.0;
 /// Lines of one shape this near to each other, relative to their frequency, and as many of them are
-/// the side bands of one tone whose frequency wanders.
-const SIDE_BANDS: (f64, usize) = (0.03, 3);
+/// the side bands of one tone whose frequency wanders: slower than in ten of its periods.
+const SIDE_BANDS: (f64, usize) = (0.1, 3);
+/// Horns of a tone that wanders, where it turns, relative to its frequency.
+const HORNS: f64 = 0.05;
 /// Least assurance criterion of side bands of one tone.
 const SIDE_BAND_MAC: f64 = 0.9;
 /// Half band of a peak of the smoothed spectrum, relative to its frequency: a wheel that wanders by
@@ -145,10 +147,13 @@ impl ToneSearch {
             if power[k] < power[k - 1] || power[k] < power[k + 1] || power[k] == 0.0 {
                 continue;
             }
-            let around = NEIGHBOURS.flat_map(|cells| [k - reach(cells), k + reach(cells)]);
-            let mean = around.map(|k| power[k]).sum::<f64>() / (2 * NEIGHBOURS.count()) as f64;
-            if power[k] > CANDIDATE_RATIO * mean {
-                found.push((power[k] / mean, k as f64 / per_cell / self.samples.duration_s()));
+            // The median of cells: a mode beside the line fills some of them.
+            let mut around: Vec<f64> =
+                NEIGHBOURS.flat_map(|cells| [power[k - reach(cells)], power[k + reach(cells)]]).collect();
+            around.sort_by(f64::total_cmp);
+            let level = around[around.len() / 2];
+            if power[k] > CANDIDATE_RATIO * level {
+                found.push((power[k] / level, k as f64 / per_cell / self.samples.duration_s()));
             }
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -284,6 +289,21 @@ impl ToneSearch {
         found
     }
 
+    /// Tones that wander and were taken for two modes, where they turn: neighbours of one shape whose
+    /// band together has a constant envelope. How many were taken out.
+    pub fn wandering_pairs(&mut self, modes: &[Mode]) -> usize {
+        let one_shape = |pair: &&[Mode]| {
+            pair[1].frequency_hz - pair[0].frequency_hz < HORNS * pair[0].frequency_hz
+                && modal_assurance_criterion(&pair[0].mode_shape, &pair[1].mode_shape) > SIDE_BAND_MAC
+        };
+        let between: Vec<f64> = modes
+            .windows(2)
+            .filter(one_shape)
+            .map(|pair| 0.5 * (pair[0].frequency_hz + pair[1].frequency_hz))
+            .collect();
+        between.into_iter().filter(|f| self.wandering_peak(*f)).count()
+    }
+
     /// Tones that wander and were taken for no mode: peaks of the smoothed spectrum away from
     /// `modes_hz` with an envelope more constant than that of a mode as wide. How many were taken
     /// out.
@@ -393,20 +413,19 @@ impl ToneSearch {
     }
 }
 
-/// Mean square of the motion of each mode over all channels, from the band about it.
-pub(crate) fn powers(values: &[f64], rate_hz: f64, modes: &[Mode]) -> Vec<f64> {
-    if modes.is_empty() {
-        return Vec::new();
-    }
-    let samples = Samples::new(values, modes[0].mode_shape.len(), rate_hz);
-    let of = |mode: &Mode| {
-        let size: f64 = mode.mode_shape.iter().map(c64::norm_sqr).sum();
-        let weights: Vec<c64> = mode.mode_shape.iter().map(|psi| psi.conj() / size).collect();
-        let cells = 2.0 * mode.damping_ratio * mode.frequency_hz * samples.duration_s();
-        let envelope = samples.envelope(&weights, mode.frequency_hz, (cells as usize).max(1));
-        size * envelope.iter().map(c64::norm_sqr).sum::<f64>() / envelope.len() as f64
+/// Mean square over all channels of the motion in the bands about some frequencies with dampings.
+pub(crate) fn powers(values: &[f64], channels: usize, rate_hz: f64, of: &[(f64, f64)]) -> Vec<f64> {
+    let samples = Samples::new(values, channels, rate_hz);
+    let in_band = |(frequency_hz, damping_ratio): &(f64, f64)| {
+        let half_cells = ((2.0 * damping_ratio * frequency_hz * samples.duration_s()) as usize).max(1);
+        let of_channel = |c: usize| {
+            let alone: Vec<c64> = (0..channels).map(|k| c64::new(f64::from(u8::from(k == c)), 0.0)).collect();
+            let envelope = samples.envelope(&alone, *frequency_hz, half_cells);
+            envelope.iter().map(c64::norm_sqr).sum::<f64>() / envelope.len() as f64
+        };
+        (0..channels).map(of_channel).sum()
     };
-    modes.iter().map(of).collect()
+    of.iter().map(in_band).collect()
 }
 
 /// One tone of several side bands: mean frequency and wander by their power.

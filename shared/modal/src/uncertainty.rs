@@ -234,15 +234,13 @@ pub fn residual(gram: &Gram, realisation: &Realisation, order: usize) -> Residua
             }
         }
     }
+    let inverse: Vec<f64> = (0..l).map(|a| 1.0 / covariance[a * l + a]).collect();
     let mut lagged = 0.0;
     for column in 0..half {
-        for row in 0..half {
-            if row / l != column / l {
-                let (a, b) = (row % l, column % l);
-                let product = scale * outside[(row, column)];
-                lagged += product * product / (covariance[a * l + a] * covariance[b * l + b]);
-            }
-        }
+        let block = column / l;
+        let others = outside.col_as_slice(column).chunks_exact(l).enumerate().filter(|(other, _)| *other != block);
+        let sum = |rows: &[f64]| rows.iter().zip(&inverse).map(|(x, inverse)| x * x * inverse).sum::<f64>();
+        lagged += others.map(|(_, rows)| sum(rows)).sum::<f64>() * inverse[column % l] * scale * scale;
     }
     let pairs = (half * (half - l)) as f64;
     // The projection itself leaves correlations of mean square n / (il)².
@@ -381,8 +379,14 @@ fn block_moments(blocks: &[Gram], columns: u64, sensitivities: &[Sensitivity]) -
     let count = blocks.len() as f64;
     let in_blocks: u64 = blocks.iter().map(|block| block.columns).sum();
     let scale = count / (count - 1.0) * columns as f64 / in_blocks as f64;
-    let moves = |s: &Sensitivity| blocks.iter().map(|block| bilinear(block, s)).collect::<Vec<_>>();
-    Some(sensitivities.iter().map(|s| scatter(&moves(s), scale)).collect())
+    let half = blocks[0].half();
+    let parts = |k: usize, row: usize| {
+        if k.is_multiple_of(2) { sensitivities[k / 2].q[row].re } else { sensitivities[k / 2].q[row].im }
+    };
+    let filters = Mat::from_fn(half, 2 * sensitivities.len(), |row, k| parts(k, row));
+    let of_blocks: Vec<Vec<c64>> = blocks.iter().map(|block| bilinear(block, &filters, sensitivities)).collect();
+    let moves = |k: usize| of_blocks.iter().map(|block| block[k]).collect::<Vec<_>>();
+    Some((0..sensitivities.len()).map(|k| scatter(&moves(k), scale)).collect())
 }
 
 /// The spread over blocks of pairs, which sees what the choice of pairs does. It is the only
@@ -424,17 +428,22 @@ fn scatter(moves: &[c64], scale: f64) -> Moments {
     moments
 }
 
-fn bilinear(block: &Gram, s: &Sensitivity) -> c64 {
+/// `q H_b r` of every pole, with the real and imaginary parts of all q side by side in `filters`.
+fn bilinear(block: &Gram, filters: &Mat<f64>, sensitivities: &[Sensitivity]) -> Vec<c64> {
     let half = block.half();
-    let mut sum = c64::new(0.0, 0.0);
-    for (column, r) in s.r.iter().enumerate() {
-        let future = &block.matrix.col_as_slice(column)[half..];
-        let (mut re, mut im) = (0.0, 0.0);
-        for (q, h) in s.q.iter().zip(future) {
-            re += q.re * h;
-            im += q.im * h;
-        }
-        sum += c64::new(re, im) * r;
-    }
-    sum
+    let future_past = block.matrix.submatrix(half, 0, half, half);
+    let mut across = Mat::<f64>::zeros(half, filters.ncols());
+    faer::linalg::matmul::matmul(
+        across.as_mut(),
+        Accum::Replace,
+        future_past.transpose(),
+        filters.as_ref(),
+        1.0,
+        Par::Seq,
+    );
+    let of_pole = |(k, s): (usize, &Sensitivity)| {
+        let (re, im) = (across.col_as_slice(2 * k), across.col_as_slice(2 * k + 1));
+        s.r.iter().zip(re.iter().zip(im)).fold(c64::new(0.0, 0.0), |sum, (r, (re, im))| sum + c64::new(*re, *im) * r)
+    };
+    sensitivities.iter().enumerate().map(of_pole).collect()
 }

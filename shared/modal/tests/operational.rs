@@ -58,6 +58,21 @@ fn samples_missing_at_random_leave_the_modes() {
             row.fill(f64::NAN);
         }
     });
+    let missing = values.iter().filter(|y| !y.is_finite()).count();
+    let found = found(values, &[]);
+    assert!(found.filled > 9 * missing / 10, "{} of {missing} filled", found.filled);
+    assert_both(&found.modes);
+}
+
+#[test]
+fn packets_that_are_lost_leave_the_modes_by_the_pairs_that_exist() {
+    let mut values = motion(21, 12_000);
+    let mut noise = Noise::new(22);
+    for packet in values.chunks_exact_mut(3 * 20) {
+        if noise.uniform() < 0.15 {
+            packet.fill(f64::NAN);
+        }
+    }
     let found = found(values, &[]);
     assert_eq!(found.evidence, Evidence::Pairs);
     assert_both(&found.modes);

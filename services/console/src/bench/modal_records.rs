@@ -1,16 +1,39 @@
-//! `obsid bench modal-records`: a line per kind of defect.
+//! `obsid bench modal-records`: a line per kind of defect, and per kind of frequency responses.
 
 use super::{Answers, Arguments};
 use bench::modal_records::defects::Defect;
-use bench::modal_records::{Figures, figures};
+use bench::modal_records::{Figures, figures, responses};
 use serde_json::json;
 use std::fmt::Write;
 
 pub(super) fn measure(arguments: &Arguments, to: &mut Answers) {
     let all: Vec<Figures> =
         Defect::ALL.into_iter().map(|defect| figures(defect, arguments.trials, arguments.seed)).collect();
-    let object = || format!("{}\n", json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all }));
-    to.add(|| table(&all), object);
+    let rows = responses::run(arguments.trials as usize, arguments.seed);
+    let object = || {
+        format!("{}\n", json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all, "responses": rows }))
+    };
+    to.add(|| table(&all) + &of_responses(&rows), object);
+}
+
+fn of_responses(rows: &[responses::Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let percent = |part: usize| 100.0 * part as f64 / row.modes.max(1) as f64;
+        let _ = writeln!(
+            text,
+            "{:18} {:>6} {:>8.1} {:>10.1} {:>6.2} {:>6.2} {:>6.1} {:>6.1}",
+            row.kind,
+            row.modes,
+            percent(row.missed),
+            percent(row.invented),
+            row.frequency_rms_z,
+            row.damping_rms_z,
+            100.0 * row.frequency_coverage,
+            100.0 * row.damping_coverage
+        );
+    }
+    text
 }
 
 fn table(all: &[Figures]) -> String {

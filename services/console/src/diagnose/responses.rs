@@ -25,7 +25,7 @@ pub fn modes_or_peaks(spectra: &mut [(Spectrum, String)]) -> Result<Option<Modes
             one.notes.push("no rational fraction describes the responses: its peaks are used".into())
         }
         (Ok(found), [(one, _)]) if none(&found) => {
-            one.notes.push("no mode of the responses repeats from order to order: its peaks are used".into());
+            one.notes.push("no mode of the responses stands out of their noise: its peaks are used".into());
         }
         (found, _) => return found,
     }
@@ -38,17 +38,16 @@ fn modes(spectra: &[(Spectrum, String)]) -> Result<Option<ModesFile>, Failure> {
         return Ok(None);
     }
     let found = identified(&all, ORDERS)?;
-    let mut modes: Vec<MeasuredMode> = (0..found.fit.modes.len()).filter_map(|k| measured(&found, k)).collect();
-    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let modes: Vec<MeasuredMode> = (0..found.fit.modes.len()).map(|k| measured(&found, k)).collect();
     let mut notes = vec![format!(
-        "{} modes of {} frequency responses (rational fraction of order {}) are the evidence; deviations are their scatter over orders",
+        "{} modes of {} frequency responses (rational fraction of order {}) are the evidence; deviations are those of the residual",
         modes.len(),
         found.names.len(),
         found.fit.order
     )];
-    let left_out = found.fit.modes.len() - modes.len();
+    let left_out = found.fit.unresolved.len();
     if left_out > 0 {
-        notes.push(format!("{left_out} modes that one order alone shows have no deviation and are left out"));
+        notes.push(format!("{left_out} poles whose damping is within three deviations of zero are left out"));
     }
     notes.extend(all.iter().flat_map(|spectrum| spectrum.notes.iter().cloned()));
     let files: Vec<&str> = all.iter().map(|spectrum| spectrum.file.as_str()).collect();
@@ -56,22 +55,21 @@ fn modes(spectra: &[(Spectrum, String)]) -> Result<Option<ModesFile>, Failure> {
     Ok(Some(ModesFile { file: files.join(" "), digest: digests.join(" "), modes, tracks: Vec::new(), notes }))
 }
 
-fn measured(found: &Identified, k: usize) -> Option<MeasuredMode> {
+fn measured(found: &Identified, k: usize) -> MeasuredMode {
     let mode = &found.fit.modes[k];
-    let (sigma_hz, damping_sigma) = mode.scatter?;
     let component = |(name, psi): (&String, &modal::c64)| ShapeComponent {
         channel: name.clone(),
         value: Complex::new(psi.re, psi.im),
         sigma: 0.0,
     };
-    Some(MeasuredMode {
+    MeasuredMode {
         frequency_hz: mode.frequency_hz,
-        sigma_hz,
+        sigma_hz: mode.frequency_sd,
         damping_ratio: mode.damping_ratio,
-        damping_sigma,
+        damping_sigma: mode.damping_sd,
         prominence: 1.0,
         shape: found.names.iter().zip(&mode.mode_shape).map(component).collect(),
-    })
+    }
 }
 
 #[cfg(test)]

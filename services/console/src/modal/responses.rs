@@ -83,6 +83,24 @@ pub(crate) fn identified(spectra: &[Spectrum], orders: RangeInclusive<usize>) ->
     Ok(Identified { names, unit, frequency_hz, responses, fit })
 }
 
+/// What the residual says of the lines.
+fn said(fit: &ResponseFit) -> Option<String> {
+    if fit.hann_windows {
+        return Some(
+            "the residuals of neighbouring lines are correlated as Hann windows make them: the width of the window \
+             and its leakage are part of the model"
+                .into(),
+        );
+    }
+    (fit.correlated_lines > 0).then(|| {
+        format!(
+            "the residuals are correlated over {} lines (zero padding, a window, or what the model lacks): the \
+             standard deviations are wider by it; a window that was applied is in the damping",
+            fit.correlated_lines
+        )
+    })
+}
+
 fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
     let Identified { names: channels, unit, frequency_hz, responses, fit } = identified;
     let size = |values: &[c64]| -> Vec<f64> { values.iter().map(|x| x.norm_sqr().sqrt()).collect() };
@@ -100,22 +118,25 @@ fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
     });
     let mode = |mode: &modal::frequency_responses::ResponseMode| FoundMode {
         frequency_hz: mode.frequency_hz,
-        frequency_sd: mode.scatter.map(|s| s.0),
+        frequency_sd: Some(mode.frequency_sd),
         damping: Some(mode.damping_ratio),
-        damping_sd: mode.scatter.map(|s| s.1),
+        damping_sd: Some(mode.damping_sd),
         phase_collinearity: Some(modal_phase_collinearity(&mode.mode_shape)),
         shape: mode.mode_shape.clone(),
-        shape_sd: Vec::new(),
+        shape_sd: mode.shape_sd.clone(),
     };
     Outcome {
         as_it_is: Default::default(),
-        method: "rational fraction polynomials on orthogonal polynomials, order by what they split",
+        method: "rational fraction polynomials, order by what they split; weighted least squares from there",
         kind: "modes of the structure between the input of the responses and the sensors",
         verdict: None,
-        deviations: "scatter over the accepted orders (no noise model of the responses is known)",
+        deviations: "residual of the fit",
         record: format!("{} responses, {} lines, order {}", channels.len(), frequency_hz.len(), fit.order),
         modes: fit.modes.iter().map(mode).collect(),
-        rejected: vec![("order splits a mode, or gives one that does not decay".into(), refused)],
+        rejected: vec![
+            ("order splits a mode, or gives one that does not decay".into(), refused),
+            ("damping within three deviations of zero".into(), fit.unresolved.len()),
+        ],
         sweep: sweep.filter(|pole| pole.damping_ratio > 0.0 && pole.damping_ratio < DAMPING_MAX).collect(),
         synthesis: Some(Synthesis {
             channel: channels[0].clone(),
@@ -127,7 +148,7 @@ fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
         }),
         spectrum: Some((frequency_hz, mean)),
         channels,
-        advice: Vec::new(),
+        advice: said(&fit).into_iter().collect(),
         drift: Vec::new(),
         tracks: Vec::new(),
         structure: Structure::default(),

@@ -202,8 +202,7 @@ mod tests {
             assert_eq!(found.failed, 0, "{found:?}");
             assert!(found.missed_percent == 0.0 && found.invented_percent == 0.0, "{found:?}");
             assert!(found.frequency_rms_z < 2.5 && found.damping_rms_z < 2.5, "{found:?}");
-            // One in twenty may stay unnamed: of two tones both do once in 400 slices.
-            assert!(found.tones == 0 || found.tones_named_percent > 0.0, "{found:?}");
+            assert!(found.tones == 0 || found.tones_named_percent == 100.0, "{found:?}");
         }
     }
 }

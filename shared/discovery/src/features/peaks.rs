@@ -139,11 +139,30 @@ fn floor(f: &[f64], log: &[f64], i: usize) -> f64 {
 /// constant, and enters the standard errors.
 fn twice(f: &[f64], log: &[f64], top: usize, over: f64) -> MeasuredMode {
     let (wide, narrow) = (resonance(f, log, top, over, 4.0), resonance(f, log, top, over, 2.5));
+    // of two fits of the same lines, one the more precise, the difference has this variance
+    let beyond =
+        |apart: f64, narrow: f64, wide: f64| (apart * apart - (narrow * narrow - wide * wide).max(0.0)).max(0.0).sqrt();
+    let line = 0.5 * (f[top + 1] - f[top - 1]);
+    let least =
+        if 2.0 * wide.damping_ratio * wide.frequency_hz > DAMPING_LINES * line { 0.0 } else { LINE_SHARE * line };
+    let sigma_hz =
+        libm::hypot(wide.sigma_hz, beyond(wide.frequency_hz - narrow.frequency_hz, narrow.sigma_hz, wide.sigma_hz));
+    let damping_sigma = libm::hypot(
+        wide.damping_sigma,
+        beyond(wide.damping_ratio - narrow.damping_ratio, narrow.damping_sigma, wide.damping_sigma),
+    );
     MeasuredMode {
-        sigma_hz: libm::hypot(wide.sigma_hz, wide.frequency_hz - narrow.frequency_hz),
-        damping_sigma: libm::hypot(wide.damping_sigma, wide.damping_ratio - narrow.damping_ratio),
+        sigma_hz: sigma_hz.max(least),
+        damping_sigma: damping_sigma.max(0.5 * least / wide.frequency_hz),
         ..wide
     }
+}
+
+/// Variance of a sum over neighbouring lines over that of independent ones.
+fn inflation(residuals: &[f64]) -> f64 {
+    let power: f64 = residuals.iter().map(|e| e * e).sum();
+    let rho = |lag: usize| residuals.iter().skip(lag).zip(residuals).map(|(a, b)| a * b).sum::<f64>() / power;
+    if power > 0.0 && residuals.len() > 8 { (1.0 + 2.0 * (rho(1) + rho(2))).max(1.0) } else { 1.0 }
 }
 
 /// Fit of one resonance about line `top` over `widths` half-power widths on each side.
@@ -197,15 +216,17 @@ fn resonance(f: &[f64], log: &[f64], top: usize, over: f64, widths: f64) -> Meas
         }
     }
     let freedom = ((high - low) as f64 - 5.0).max(1.0);
-    let variance = (normal + Matrix5::identity() * 1e-9).try_inverse().map(|inverse| inverse * (at / freedom));
+    let residuals: Vec<f64> = (low..high).map(|i| log[i] - model(&p, i)).collect();
+    let variance = (normal + Matrix5::identity() * 1e-9)
+        .try_inverse()
+        .map(|inverse| inverse * (at / freedom * inflation(&residuals)));
     let sigma = |k: usize| variance.map_or(f64::INFINITY, |v| v[(k, k)].max(0.0).sqrt());
     // a fit that diverged keeps the line it began at
     let ran_away = p[0].abs() > 2.0;
     let frequency_hz = if ran_away { f[top] } else { f[top] + width * p[0] };
-    let least = LINE_SHARE * line;
-    let sigma_hz = if ran_away { 0.5 * width } else { (width * sigma(0)).clamp(least, 0.5 * width.max(line)) };
+    let sigma_hz = if ran_away { 0.5 * width } else { (width * sigma(0)).min(0.5 * width.max(line)) };
     let damping_ratio = if ran_away { zeta } else { libm::exp(p[1]) };
-    let damping_sigma = (damping_ratio * sigma(1).min(1.0)).max(0.5 * LINE_SHARE * line / frequency_hz);
+    let damping_sigma = damping_ratio * sigma(1).min(1.0);
     MeasuredMode {
         frequency_hz,
         sigma_hz,

@@ -19,9 +19,9 @@ pub(crate) fn solve(information: &Mat<f64>, score: &[f64], damping: f64) -> Opti
     Some((0..n).map(|p| solved[(p, 0)] * scale[p]).collect())
 }
 
-/// Inverse information in (f [Hz], ζ) of every pole.
-pub(super) fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f64>> {
-    let n = 2 * poles.len();
+/// `F⁻¹`; `None` where a direction leaves no trace.
+pub(crate) fn inverse(information: &Mat<f64>) -> Option<Mat<f64>> {
+    let n = information.nrows();
     let mut inverse = Mat::<f64>::zeros(n, n);
     for column in 0..n {
         let unit: Vec<f64> = (0..n).map(|row| f64::from(u8::from(row == column))).collect();
@@ -29,7 +29,12 @@ pub(super) fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f6
             inverse[(row, column)] = x;
         }
     }
-    Some(frequency_and_damping(&inverse, poles))
+    Some(inverse)
+}
+
+/// Inverse information in (f [Hz], ζ) of every pole.
+pub(super) fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f64>> {
+    Some(frequency_and_damping(&inverse(information)?, poles))
 }
 
 /// Covariance of (f \[Hz\], ζ) of every pole, row by row, from that of (Re λ, Im λ).

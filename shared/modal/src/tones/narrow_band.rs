@@ -34,6 +34,10 @@ const CLEAR_SHARE: f64 = 0.1;
 /// Largest change of a tone's amplitude over the record, as a logarithm. A decay that does not differ
 /// from a mode by its skirt, ζωT < 3, falls by more unless it hardly falls at all.
 const GROWTH_MAX: f64 = 0.2;
+/// Deviations by which the change may seem larger: two sides, once in a hundred lines.
+const GROWTH_SIGMA: f64 = 2.6;
+/// Cells beside a line whose power is that of its neighbourhood.
+const BESIDE: [isize; 6] = [-4, -3, -2, 2, 3, 4];
 /// Lines sought together.
 const LINES_MAX: usize = 2;
 /// Frequencies per cell in the search of a line.
@@ -98,8 +102,38 @@ impl NarrowBand {
         let before = self.fit(&self.periodogram(envelope));
         let count = (1..=LINES_MAX).find(|count| self.is_unlikely(envelope, before, *count))?;
         let lines = self.best_lines(envelope, count);
-        let steady = lines.iter().all(|line| line.growth.abs() < GROWTH_MAX);
-        steady.then_some(lines)
+        if lines.iter().all(|line| line.growth.abs() < GROWTH_MAX) {
+            return Some(lines);
+        }
+        // A mode under the line seems to make it grow; then a mode is what is left. Of a line that
+        // wanders other lines are; and a peak of chance grows, so that chance has to be excluded for
+        // all candidates.
+        let rest = without(envelope, &lines);
+        let may_be_steady =
+            |line: &Line| line.growth.abs() < GROWTH_MAX + GROWTH_SIGMA * self.growth_deviation(&rest, line);
+        let leaves_a_mode = || !self.is_unlikely(&rest, self.fit(&self.periodogram(&rest)), 1);
+        let no_chance = || self.chance(envelope, before, count) < CHANCE / super::CANDIDATES_MAX as f64;
+        (lines.iter().all(may_be_steady) && no_chance() && leaves_a_mode()).then_some(lines)
+    }
+
+    /// Standard deviation of the growth of a line in what is left beside it, which a mode under the
+    /// line makes large: of `g = n Re(Σ w x y / a) / Σ w x²` with the power `s` per value,
+    /// `n (½ s Σ w² x²)^½ / (|a| Σ w x²)`.
+    fn growth_deviation(&self, rest: &[c64], line: &Line) -> f64 {
+        let count = rest.len() as f64;
+        let (mut squares, mut spread, mut both) = (0.0, 0.0, 0.0);
+        for (j, w) in self.taper.iter().enumerate() {
+            let x = j as f64 + 0.5 - 0.5 * count;
+            squares += w * w;
+            spread += w * x * x;
+            both += w * w * x * x;
+        }
+        let centre = libm::round(line.cells * FINE as f64) as isize + (self.half_cells * FINE) as isize;
+        let beside = BESIDE.map(|cells| centre + cells * FINE as isize);
+        let inside = beside.iter().filter_map(|k| usize::try_from(*k).ok().and_then(|k| self.fine.get(k)));
+        let powers: Vec<f64> = inside.map(|phasors| self.correlate(rest, phasors).norm_sqr() / squares).collect();
+        let power = powers.iter().sum::<f64>() / powers.len().max(1) as f64;
+        count * (0.5 * power * both).sqrt() / (line.amplitude.norm_sqr().sqrt() * spread)
     }
 
     /// Whether a mode as fitted gains as much by so many lines with a probability below
@@ -110,23 +144,30 @@ impl NarrowBand {
         let mut random = Seeded::new(0x70E5);
         let mut gains: Vec<f64> = Vec::new();
         while (gains.len() as f64) < 1.0 / CHANCE {
-            let simulated = self.simulate(before, &mut random);
-            let chance = self.gain(&simulated, self.fit(&self.periodogram(&simulated)), count);
+            let chance = self.simulated_gain(before, count, &mut random);
             if chance >= gain {
                 return false;
             }
             gains.push(chance);
-            if gains.len() == FIRST_SIMULATIONS {
-                gains.sort_by(f64::total_cmp);
-                let start = gains[9 * FIRST_SIMULATIONS / 10];
-                let excess = gains[9 * FIRST_SIMULATIONS / 10..].iter().map(|g| g - start).sum::<f64>();
-                let mean = excess / (FIRST_SIMULATIONS / 10) as f64;
-                if 0.1 * libm::exp(-(gain - start) / mean) < CLEAR_SHARE * CHANCE {
-                    return true;
-                }
+            if gains.len() == FIRST_SIMULATIONS && tail(&mut gains, gain) < CLEAR_SHARE * CHANCE {
+                return true;
             }
         }
         true
+    }
+
+    /// Probability that a mode as fitted gains as much by so many lines, by the tail of
+    /// [`FIRST_SIMULATIONS`] gains.
+    fn chance(&self, envelope: &[c64], before: Fit, count: usize) -> f64 {
+        let mut random = Seeded::new(0x70E5);
+        let mut gains: Vec<f64> =
+            (0..FIRST_SIMULATIONS).map(|_| self.simulated_gain(before, count, &mut random)).collect();
+        tail(&mut gains, self.gain(envelope, before, count))
+    }
+
+    fn simulated_gain(&self, before: Fit, count: usize, random: &mut Seeded) -> f64 {
+        let simulated = self.simulate(before, random);
+        self.gain(&simulated, self.fit(&self.periodogram(&simulated)), count)
     }
 
     /// What so many lines gain in log-likelihood.
@@ -262,6 +303,14 @@ impl NarrowBand {
             })
             .collect()
     }
+}
+
+/// Probability of a gain beyond the largest tenth of some, which is exponential.
+fn tail(gains: &mut [f64], gain: f64) -> f64 {
+    gains.sort_by(f64::total_cmp);
+    let upper = &gains[9 * gains.len() / 10..];
+    let mean = upper.iter().map(|g| g - upper[0]).sum::<f64>() / upper.len() as f64;
+    0.1 * libm::exp(-(gain - upper[0]).max(0.0) / mean)
 }
 
 /// The envelope without its lines.

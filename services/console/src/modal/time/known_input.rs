@@ -2,7 +2,9 @@
 
 use super::{BLOCK_ROWS, Chosen, found_mode, in_words, loudest, record_in_words, sweep};
 use crate::Failure;
+use crate::modal::as_it_is::AsItIs;
 use crate::modal::{Arguments, FoundMode, Outcome, Structure, Synthesis, Verdict, page};
+use examination::even_record::{Treatment, at_a_limit};
 use modal::advice::{advice, pulse_nulling};
 use modal::drift;
 use modal::known_input::{Identified, Noise, identify};
@@ -60,6 +62,7 @@ pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Out
         true => found_mode(estimate),
         false => FoundMode { frequency_sd: None, damping_sd: None, ..found_mode(estimate) },
     };
+    let treatments = clipped(arguments, &chosen);
     Ok(Outcome {
         method: match answer.noise {
             Noise::OfSensors => "maximum likelihood by variable projection, input known",
@@ -83,9 +86,23 @@ pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Out
         structure: Structure::of_record(arguments, &chosen.record, &chosen.gaps),
         channels: chosen.names,
         notes: chosen.notes,
-        as_it_is: Default::default(),
+        as_it_is: AsItIs { treatments, ..AsItIs::default() },
         verdict: Some(Verdict { adequate: answer.adequate, residual: answer.residual }),
     })
+}
+
+/// What the examination says of limits, of the responses and of the input.
+fn clipped(arguments: &Arguments, chosen: &Chosen) -> Vec<Treatment> {
+    let column = |values: &[f64], width: usize, k: usize| -> Vec<f64> {
+        values.iter().skip(k).step_by(width).copied().collect()
+    };
+    let record = &chosen.record;
+    let responses = chosen.names.iter().enumerate();
+    let mut found: Vec<Treatment> =
+        responses.filter_map(|(k, name)| at_a_limit(name, &column(&record.outputs, record.channels, k))).collect();
+    let input = arguments.input.as_deref().unwrap_or_default();
+    found.extend((0..record.inputs).filter_map(|k| at_a_limit(input, &column(&record.input, record.inputs, k))));
+    found
 }
 
 /// Whether a channel in this unit may answer a force at the same sample: positions and rates

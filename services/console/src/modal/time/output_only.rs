@@ -183,6 +183,10 @@ fn record_in_words(examined: &Examined) -> String {
 fn treatments(examined: &mut Examined, found: &Operational) -> Vec<Treatment> {
     let mut all = std::mem::take(&mut examined.even.treatments);
     for treatment in all.iter_mut().filter(|treatment| treatment.check == "missing") {
+        if found.filled > 0 {
+            let said = format!(", {} of them in short gaps filled from the samples beside them", found.filled);
+            treatment.did.push_str(&said);
+        }
         treatment.did.push_str(match (found.evidence, found.transient) {
             (Evidence::Pairs, _) => ": covariances from the pairs that exist",
             (_, true) => ": windows between the gaps, because the motion is no stationary one",
