@@ -61,6 +61,7 @@ mod simulate;
 mod table;
 mod truth;
 mod visible;
+mod warden_process;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

@@ -11,6 +11,7 @@ pub use losses::Loss;
 use physics::mated::OFF_AXIS_SIGMAS;
 use plant_file::scenario::ArmKnown;
 use recording::{McapRecorder, RecordedRun, RecordingError};
+use runtime::deaths::DeathRow;
 use runtime::statistics::PartitionRow;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -118,6 +119,8 @@ pub struct Outcome {
     /// What two estimates of one number say of each other.
     pub comparisons: Vec<ComparisonRow>,
     pub partitions: Vec<PartitionRow>,
+    /// Of processes, over all lives.
+    pub deaths: Vec<DeathRow>,
     /// None when nothing was recorded.
     pub digest: Option<String>,
     pub wall_s: f64,
@@ -131,7 +134,7 @@ impl Outcome {
     /// wrote.
     #[must_use]
     pub fn read(run: &ScenarioRun, finished: Finished, recorded: bool) -> Self {
-        let Finished { rows, wall_s, link, mut failure } = finished;
+        let Finished { rows, deaths, wall_s, link, mut failure } = finished;
         let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
         let (mut comparisons, mut digest) = (Vec::new(), None);
         let found = if recorded {
@@ -151,7 +154,7 @@ impl Outcome {
                 failure.get_or_insert(reason);
             }
         }
-        Outcome { modes, parameters, arm, comparisons, partitions: rows, digest, wall_s, link, failure }
+        Outcome { modes, parameters, arm, comparisons, partitions: rows, deaths, digest, wall_s, link, failure }
     }
 
     /// What was to be delivered and was not; empty where the results are whole.
@@ -177,6 +180,7 @@ impl Outcome {
             "estimates": { "inertial": of(Domain::Inertial), "slosh": of(Domain::Slosh), "modal": of(Domain::Modal) },
             "comparisons": self.comparisons.iter().map(comparison_json).collect::<Vec<_>>(),
             "partitions": self.partitions.iter().map(|row| self.partition_json(row)).collect::<Vec<_>>(),
+            "deaths": self.deaths.iter().map(death_json).collect::<Vec<_>>(),
             "digest": self.digest,
             "wall_s": self.wall_s,
         });
@@ -198,8 +202,16 @@ impl Outcome {
             "latency_us_p50": wire(row.latency_us_p50), "latency_us_p99": wire(row.latency_us_p99),
             "cpu_percent": wire(row.cpu_percent), "duplicates": row.duplicates, "bad": row.bad,
             "frames": row.frames, "frame_us_max": wire(row.frame_us_max), "cpu_s": wire(row.cpu_s),
+            "allocations_after_start": wire(row.allocations_after_start as f64),
         })
     }
+}
+
+fn death_json(death: &DeathRow) -> Value {
+    json!({
+        "partition": death.partition, "epoch": death.epoch, "cause": death.cause, "t_s": death.t_s,
+        "detect_ms": death.detect_ms, "recover_ms": death.recover_ms,
+    })
 }
 
 /// The results in the file and their identity. A recorder that was killed leaves a file without its

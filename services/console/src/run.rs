@@ -62,7 +62,7 @@ pub struct Common {
     /// Drill: a partition hangs, NAME@FRAME
     #[arg(long, hide = true, value_parser = hang)]
     hang: Vec<Fault>,
-    /// Drill: a damaged sample goes out in this frame
+    /// Drill: a damaged sample goes out in this frame, or of a topic from it on, FRAME[:TOPIC]
     #[arg(long, hide = true, value_parser = corrupt)]
     corrupt: Vec<Fault>,
     /// Drill: shorter limits, milliseconds until a hang is called one
@@ -164,6 +164,7 @@ pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> 
         replay,
         record: PathBuf::new(),
         record_all: common.record.is_some(),
+        trace: None,
         speed: None,
         partitions,
         limits,
@@ -216,5 +217,8 @@ fn hang(text: &str) -> Result<Fault, String> {
 }
 
 fn corrupt(text: &str) -> Result<Fault, String> {
-    text.parse().map(|frame| Fault::Corrupt { frame }).map_err(|_| format!("'{text}' is not a frame number"))
+    let (frame, topic) = text.split_once(':').map_or((text, None), |(frame, topic)| (frame, Some(topic)));
+    let unknown = |name: &str| format!("no topic is called '{name}'; `obsid icd` lists them");
+    let topic = topic.map(|name| telemetry::topic_named(name).ok_or_else(|| unknown(name))).transpose()?;
+    frame.parse().map(|frame| Fault::Corrupt { frame, topic }).map_err(|_| format!("'{frame}' is not a frame number"))
 }

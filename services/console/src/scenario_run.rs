@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use plant_file::scenario::Scenario;
 use runtime::RunConfig;
+use runtime::deaths::DeathRow;
 use runtime::statistics::PartitionRow;
 
 /// What carries the samples.
@@ -23,6 +24,8 @@ pub struct ScenarioRun {
 /// How a run went.
 pub struct Finished {
     pub rows: Vec<PartitionRow>,
+    /// Of its processes, over all lives.
+    pub deaths: Vec<DeathRow>,
     pub wall_s: f64,
     pub link: LinkKind,
     /// Why it did not get to its end.

@@ -86,13 +86,14 @@ impl Store {
         self.write(&path, self.buffer.len())
     }
 
-    /// Drill: writes the first half only.
+    /// Drill: writes so many thousandths only.
     ///
     /// # Errors
     /// When the file system refuses.
-    pub fn save_torn(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+    pub fn save_torn(&mut self, checkpoint: &Checkpoint, permille: u32) -> Result<(), CheckpointError> {
         let path = self.encode(checkpoint)?;
-        self.write(&path, self.buffer.len() / 2)
+        let bytes = self.buffer.len() as u64 * u64::from(permille.min(1000)) / 1000;
+        self.write(&path, bytes as usize)
     }
 
     fn encode(&mut self, checkpoint: &Checkpoint) -> Result<PathBuf, CheckpointError> {

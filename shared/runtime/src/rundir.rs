@@ -69,6 +69,17 @@ impl RunDir {
         self.0.join(format!("{partition}.stats.json"))
     }
 
+    /// The warden's reports, one JSON object a line.
+    #[must_use]
+    pub fn log(&self) -> PathBuf {
+        self.0.join("log.jsonl")
+    }
+    /// The newest frame and mode, as the supervisor told the warden.
+    #[must_use]
+    pub fn status(&self) -> PathBuf {
+        self.0.join("status.json")
+    }
+
     /// Sockets lie in iceoryx2's root: `<prefix><up to 31 digits>.event`.
     fn check_length(&self) -> io::Result<()> {
         let bytes = self.iceoryx_root().as_os_str().len() + 1 + self.prefix().len() + 31 + ".event".len();

@@ -3,16 +3,19 @@
 //! A turn drains the link, runs every frame that is complete, sends outputs, checkpoints and
 //! reports progress. It never waits: who calls it decides whether to sleep.
 
+mod faults;
+
 use crate::checkpoint::{Checkpoint, CheckpointError, Store};
 use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
 use crate::inbox::{Counters, Inbox};
-use crate::latency::LatencyHistogram;
+use crate::latency::FrameTimes;
 use crate::link::{Link, LinkError};
 use crate::outbox::Outbox;
 use crate::pacing::Pacing;
 use crate::partition::{Frame, Outputs, Partition, StateError};
+use crate::trace::{Mark, Trace};
 use telemetry::{
-    COMMAND, Command, Header, IMU, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick,
+    COMMAND, Command, Delivery, Header, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick,
     TopicId,
 };
 use zerocopy::{FromBytes, IntoBytes};
@@ -45,6 +48,34 @@ pub enum Turn {
     Finished,
 }
 
+/// When the frames of a source are due that follows the clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Timetable {
+    /// Due time of `first_frame` (`CLOCK_MONOTONIC`) \[ns\].
+    pub begin_ns: u64,
+    /// The first frame of this life.
+    pub first_frame: u64,
+    /// Wall time between two frames \[ns\].
+    pub interval_ns: u64,
+}
+
+impl Timetable {
+    /// When `frame` is due \[ns\].
+    #[must_use]
+    pub fn due_ns(&self, frame: u64) -> u64 {
+        self.begin_ns.saturating_add(frame.saturating_sub(self.first_frame).saturating_mul(self.interval_ns))
+    }
+
+    /// How many frames behind the first are due at `now_ns`, the first included.
+    #[must_use]
+    pub fn frames_due(&self, now_ns: u64) -> u64 {
+        now_ns.checked_sub(self.begin_ns).map_or(0, |since| since / self.interval_ns.max(1) + 1)
+    }
+}
+
+/// Of a checkpoint that a kill cuts, unless the drill says where.
+const HALF_PERMILLE: u32 = 500;
+
 /// Where a partition kills itself in a drill.
 pub type FaultHook = fn(&Fault);
 
@@ -68,12 +99,21 @@ pub struct Runner<L: Link> {
     finished: bool,
     commands: Vec<Command>,
     urgent: Vec<Command>,
-    latency: LatencyHistogram,
-    frame_ns_max: u64,
+    times: FrameTimes,
+    /// End of the first frame whose samples were sent in this life.
+    fresh_ns: Option<u64>,
+    started_ns: u64,
+    deadline_ns: u64,
+    /// Source at `--speed`: when its frames are due.
+    timetable: Option<Timetable>,
+    bytes_sent: u64,
+    trace: Option<Trace>,
     period_ns: u64,
     checkpoint_frames: u64,
     faults: Vec<Fault>,
     fault_hook: Option<FaultHook>,
+    /// By topic: its damaged copy was sent.
+    corrupted: [bool; TOPICS_MAX],
     /// Progress of the others, for the caller (hang watch, end of run).
     heard: Vec<Progress>,
     heard_by_pacing: usize,
@@ -126,12 +166,18 @@ impl<L: Link> Runner<L> {
             finished: checkpoint.ended,
             commands: Vec::with_capacity(8),
             urgent: Vec::with_capacity(8),
-            latency: LatencyHistogram::default(),
-            frame_ns_max: 0,
+            times: FrameTimes::default(),
+            fresh_ns: None,
+            started_ns: link.now_ns(),
+            deadline_ns: run.limits.deadline_ns(id),
+            timetable: None,
+            bytes_sent: 0,
+            trace: None,
             period_ns: run.period_ns,
             checkpoint_frames: run.checkpoint_frames,
             faults: run.faults.clone(),
             fault_hook: None,
+            corrupted: [false; TOPICS_MAX],
             heard: Vec::with_capacity(64),
             heard_by_pacing: 0,
             mode: telemetry::ModeState::Standby,
@@ -180,15 +226,33 @@ impl<L: Link> Runner<L> {
     pub fn counters(&self) -> Counters {
         self.inbox.counters()
     }
-    /// From the send of a sample to the frame that takes it, since this start.
+    /// Times of frames since this start.
     #[must_use]
-    pub fn latency(&self) -> &LatencyHistogram {
-        &self.latency
+    pub fn times(&self) -> &FrameTimes {
+        &self.times
     }
-    /// Longest execution of a frame since this start \[µs\].
+    /// End of the first frame whose samples were sent since this start \[ns\]: the partition is
+    /// back. Of a source its first frame.
     #[must_use]
-    pub fn frame_us_max(&self) -> f64 {
-        self.frame_ns_max as f64 * 1e-3
+    pub fn fresh_ns(&self) -> Option<u64> {
+        self.fresh_ns
+    }
+    /// Payload sent since this start [bytes].
+    #[must_use]
+    pub fn bytes_sent(&self) -> u64 {
+        self.bytes_sent
+    }
+    /// Source: frames are due by the clock.
+    pub fn keep_time(&mut self, timetable: Timetable) {
+        self.timetable = Some(timetable);
+    }
+    /// Notes frames, sends and checkpoints from now on.
+    pub fn trace_to(&mut self, trace: Trace) {
+        self.trace = Some(trace);
+    }
+    /// For waits, which are the caller's.
+    pub fn trace_mut(&mut self) -> Option<&mut Trace> {
+        self.trace.as_mut()
     }
     /// State of the mode in effect.
     #[must_use]
@@ -204,10 +268,15 @@ impl<L: Link> Runner<L> {
     pub fn link_mut(&mut self) -> &mut L {
         &mut self.link
     }
-    /// Progress reports received since the last call.
-    pub fn take_heard(&mut self) -> Vec<Progress> {
+    /// Progress reports received since they were forgotten.
+    #[must_use]
+    pub fn heard(&self) -> &[Progress] {
+        &self.heard
+    }
+    /// Makes room for the next progress reports.
+    pub fn forget_heard(&mut self) {
         self.heard_by_pacing = 0;
-        core::mem::take(&mut self.heard)
+        self.heard.clear();
     }
 
     /// Drains, then runs at most `frames_max` frames.
@@ -329,8 +398,10 @@ impl<L: Link> Runner<L> {
         self.strike(KillPoint::Frame, tick.frame);
         let started_ns = self.link.now_ns();
         self.inbox.collect(tick.frame, &tick.last_seq);
+        let mut newest_ns = 0;
         for sent_ns in self.inbox.sent_ns() {
-            self.latency.record(started_ns.saturating_sub(sent_ns));
+            self.times.latency.record(started_ns.saturating_sub(sent_ns));
+            newest_ns = newest_ns.max(sent_ns);
         }
         self.outputs.clear();
         let frame = Frame {
@@ -343,12 +414,15 @@ impl<L: Link> Runner<L> {
         };
         if let Some(state) = frame.new_mode().and_then(|mode| telemetry::ModeState::from_code(mode.state)) {
             self.mode = state;
+            if let Some(trace) = &mut self.trace {
+                trace.mark(Mark::Mode, state.code().into(), started_ns, started_ns);
+            }
         }
         self.partition.frame(&frame, &mut self.outputs);
         self.urgent.clear();
-        self.frame_ns_max = self.frame_ns_max.max(self.link.now_ns().saturating_sub(started_ns));
         let ended = if self.pacing.is_some() { self.outputs.ended } else { tick.flags & 1 == 1 };
         self.send_outputs(tick, ended)?;
+        self.note_times(tick.frame, started_ns, newest_ns);
         self.strike(KillPoint::Publish, tick.frame);
         self.frames_done = tick.frame.saturating_add(1);
         self.outbox.forget_before(self.frames_done);
@@ -359,14 +433,33 @@ impl<L: Link> Runner<L> {
         Ok(())
     }
 
+    /// Times of a frame that began at `started_ns` with samples of which the newest was sent at
+    /// `newest_ns` (0: without).
+    fn note_times(&mut self, frame: u64, started_ns: u64, newest_ns: u64) {
+        let now_ns = self.link.now_ns();
+        let is_source = self.pacing.is_some();
+        let due_ns = if is_source { self.timetable.map_or(0, |table| table.due_ns(frame)) } else { newest_ns };
+        self.times.frame.record(now_ns.saturating_sub(started_ns));
+        if due_ns > 0 {
+            let since_due_ns = now_ns.saturating_sub(due_ns);
+            self.times.jitter.record(started_ns.saturating_sub(due_ns));
+            self.times.end_to_end.record(since_due_ns);
+            self.times.deadline_misses += u64::from(since_due_ns > self.deadline_ns);
+        }
+        if self.fresh_ns.is_none() && (is_source || newest_ns > self.started_ns) {
+            self.fresh_ns = Some(now_ns);
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.mark(Mark::Frame, frame, started_ns, now_ns);
+        }
+    }
+
     fn send_outputs(&mut self, tick: &Tick, ended: bool) -> Result<(), RunError> {
         let mut outputs = core::mem::take(&mut self.outputs);
         let mut result = Ok(());
         outputs.for_each(|topic, payload| {
             if result.is_ok() {
-                result = self
-                    .corrupt_first(topic, tick.frame, payload)
-                    .and_then(|()| self.send(topic, payload, Some(tick.frame)));
+                result = self.send(topic, payload, Some(tick.frame));
             }
         });
         self.outputs = outputs;
@@ -375,7 +468,7 @@ impl<L: Link> Runner<L> {
             let mut tick = *tick;
             tick.flags = u64::from(ended);
             for (topic, info) in TOPICS.iter().enumerate() {
-                if info.delivery == telemetry::Delivery::Source {
+                if info.delivery == Delivery::Source {
                     tick.last_seq[topic] = self.seq[topic];
                 }
             }
@@ -398,7 +491,13 @@ impl<L: Link> Runner<L> {
             self.outbox.keep(frame, topic, payload);
         }
         let stamps = self.stamps(payload);
+        self.corrupt_first(topic, frame, &stamps, payload)?;
         self.link.publish(topic, &stamps, payload)?;
+        self.bytes_sent += payload.len() as u64;
+        let is_sensor = TOPICS[topic].delivery == Delivery::Source && topic != TICK.id;
+        if let Some(trace) = self.trace.as_mut().filter(|_| !is_sensor) {
+            trace.mark(Mark::Send, topic as u64, stamps.sent_ns, self.link.now_ns());
+        }
         Ok(())
     }
 
@@ -418,6 +517,7 @@ impl<L: Link> Runner<L> {
     }
 
     fn checkpoint(&mut self) -> Result<(), RunError> {
+        let begin_ns = self.link.now_ns();
         let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
         if let Some(store) = &mut self.store {
             let mut state = Vec::new();
@@ -432,10 +532,14 @@ impl<L: Link> Runner<L> {
                 state,
             };
             if let (Some(fault), Some(hook)) = (torn, self.fault_hook) {
-                store.save_torn(&checkpoint)?;
+                let permille = if let Fault::Tear { permille, .. } = fault { permille } else { HALF_PERMILLE };
+                store.save_torn(&checkpoint, permille)?;
                 hook(&fault);
             }
             store.save(&checkpoint)?;
+            if let Some(trace) = &mut self.trace {
+                trace.mark(Mark::Checkpoint, self.frames_done, begin_ns, self.link.now_ns());
+            }
         }
         self.frames_checkpointed = self.frames_done;
         self.seq_checkpointed = self.seq;
@@ -459,46 +563,5 @@ impl<L: Link> Runner<L> {
             self.link.wake(PartitionId::SensorSim);
         }
         Ok(())
-    }
-
-    /// The fault of this run that strikes this partition here, in its first life.
-    fn fault_at(&self, point: KillPoint, frame: u64, within: u64) -> Option<Fault> {
-        let id = self.partition.id();
-        self.faults.iter().copied().find(|fault| match *fault {
-            Fault::Kill { partition, frame: at, point: p } => {
-                self.epoch == 0 && partition == id && p == point && at <= frame && frame < at + within
-            }
-            Fault::Hang { partition, frame: at } => {
-                self.epoch == 0 && partition == id && at == frame && point == KillPoint::Frame
-            }
-            Fault::KillAlways { partition, frame: at } => partition == id && frame >= at && point == KillPoint::Frame,
-            Fault::Corrupt { .. } => false,
-        })
-    }
-
-    fn strike(&self, point: KillPoint, frame: u64) {
-        if let (Some(hook), Some(fault)) = (self.fault_hook, self.fault_at(point, frame, 1)) {
-            hook(&fault);
-        }
-    }
-
-    /// Drill: a damaged copy of the sample goes out before the good one, with the CRC of the good
-    /// one.
-    fn corrupt_first(&mut self, topic: TopicId, frame: u64, payload: &mut [u8]) -> Result<(), RunError> {
-        let asked = self.faults.iter().any(|fault| matches!(fault, Fault::Corrupt { frame: at } if *at == frame));
-        if !asked || topic != IMU.id {
-            return Ok(());
-        }
-        let mut damaged = payload.to_vec();
-        let (header, _) = Header::mut_from_prefix(&mut damaged[..]).expect("every sample begins with a header");
-        header.layout = TOPICS[topic].layout;
-        header.source = self.partition.id().code();
-        header.seq = self.seq[topic] + 1;
-        let stamps = self.stamps(&damaged);
-        // A bit of the mantissa in every number behind the header: plausible values that only the
-        // CRC gives away.
-        let numbers = size_of::<Header>()..damaged.len() - size_of::<u64>();
-        damaged[numbers].iter_mut().skip(5).step_by(8).for_each(|byte| *byte ^= 0x10);
-        Ok(self.link.publish(topic, &stamps, &damaged)?)
     }
 }
