@@ -121,6 +121,8 @@ pub struct Outcome {
     pub partitions: Vec<PartitionRow>,
     /// Of processes, over all lives.
     pub deaths: Vec<DeathRow>,
+    /// The file of `--record` is not whole.
+    pub recording_loss: Option<Loss>,
     /// None when nothing was recorded.
     pub digest: Option<String>,
     pub wall_s: f64,
@@ -138,7 +140,7 @@ impl Outcome {
         let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
         let (mut comparisons, mut digest) = (Vec::new(), None);
         let found = if recorded {
-            recorded_results(&run.config.record, failure.is_some()).map_err(|error| error.explain())
+            recorded_results(run.config.results.as_ref().unwrap_or(&run.config.record), failure.is_some()).map_err(|error| error.explain())
         } else {
             Err("nothing was recorded".into())
         };
@@ -154,13 +156,14 @@ impl Outcome {
                 failure.get_or_insert(reason);
             }
         }
-        Outcome { modes, parameters, arm, comparisons, partitions: rows, deaths, digest, wall_s, link, failure }
+        let recording_loss = run.config.results.as_deref().and_then(Loss::of_recording);
+        Outcome { modes, parameters, arm, comparisons, partitions: rows, deaths, recording_loss, digest, wall_s, link, failure }
     }
 
     /// What was to be delivered and was not; empty where the results are whole.
     #[must_use]
     pub fn losses(&self) -> Vec<Loss> {
-        Loss::all(&self.partitions)
+        Loss::all(&self.partitions).into_iter().chain(self.recording_loss.clone()).collect()
     }
 
     /// The object that `--json` prints.
@@ -216,7 +219,7 @@ fn death_json(death: &DeathRow) -> Value {
 
 /// The results in the file and their identity. A recorder that was killed leaves a file without its
 /// end: of a run that `failed` the file is completed with what is readable.
-fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), RecordingError> {
+pub(crate) fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), RecordingError> {
     let recorded = recording::read_mcap_topics(path, telemetry::is_result).or_else(|error| {
         if !failed {
             return Err(error);

@@ -7,9 +7,10 @@ use runtime::deaths::DeathRow;
 use runtime::statistics::PartitionRow;
 
 /// What carries the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum LinkKind {
     /// Processes over shared memory.
+    #[default]
     Shm,
     /// One thread, partition after partition.
     Lockstep,

@@ -112,6 +112,9 @@ pub struct RunConfig {
     pub replay: Option<ReplayConfig>,
     /// Where the recorder writes.
     pub record: PathBuf,
+    /// Where everything is recorded to `record`: results alone go here too, so that a full disk
+    /// costs the recording and not the run.
+    pub results: Option<PathBuf>,
     /// Everything is recorded, not only results.
     pub record_all: bool,
     /// Folder in which every life of a partition leaves its markers.
@@ -277,6 +280,7 @@ pub(crate) mod tests {
             replay: None,
             record: "nowhere.mcap".into(),
             record_all: false,
+            results: None,
             trace: None,
             speed: None,
             window_frames: 100,

@@ -42,6 +42,9 @@ struct Arrival {
     slot: usize,
 }
 
+/// Samples of a topic in one frame, beyond the ten of its rate.
+const DUE_AT_ONCE: usize = 16;
+
 /// Arrivals of one topic that no frame has taken yet, and those of the current frame.
 struct Queue {
     topic: TopicId,
@@ -63,6 +66,8 @@ impl Queue {
     fn new(topic: TopicId) -> Self {
         let info = &TOPICS[topic];
         let stride = info.size / 8;
+        // All that waits may be due at once where a frame takes what has come.
+        let due = if info.delivery == Delivery::Status { info.depth } else { DUE_AT_ONCE };
         Queue {
             topic,
             stride,
@@ -74,8 +79,8 @@ impl Queue {
             seen: 0,
             seen_status: [(0, 0); PartitionId::COUNT],
             unreadable: 0,
-            due_words: Vec::with_capacity(stride * 16),
-            due_stamps: Vec::with_capacity(16),
+            due_words: Vec::with_capacity(stride * due),
+            due_stamps: Vec::with_capacity(due),
         }
     }
 

@@ -56,6 +56,12 @@ impl LatencyHistogram {
         self.total
     }
 
+    /// Becomes the same as `other`; takes no memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.counts.copy_from_slice(&other.counts[..]);
+        (self.total, self.max_ns) = (other.total, other.max_ns);
+    }
+
     /// Adds what another one counted.
     pub fn add(&mut self, other: &Self) {
         for (count, more) in self.counts.iter_mut().zip(other.counts.iter()) {
@@ -134,6 +140,15 @@ pub struct FrameTimes {
 }
 
 impl FrameTimes {
+    /// Becomes the same as `other`; takes no memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.latency.copy_from(&other.latency);
+        self.frame.copy_from(&other.frame);
+        self.end_to_end.copy_from(&other.end_to_end);
+        self.jitter.copy_from(&other.jitter);
+        self.deadline_misses = other.deadline_misses;
+    }
+
     /// Adds the times of another life.
     pub fn add(&mut self, other: &Self) {
         self.latency.add(&other.latency);

@@ -170,7 +170,7 @@ impl<'a> Process<'a> {
             statistics: Statistics::new(dir.statistics(id), life),
             watch: is_supervisor.then(|| HangWatch::new(run)),
             finished: false,
-            others_done: Vec::new(),
+            others_done: Vec::with_capacity(PartitionId::COUNT),
             last_beat: Instant::now(),
             last_housekeeping: Instant::now(),
         };
@@ -264,8 +264,9 @@ impl<'a> Process<'a> {
         }
         for progress in self.runner.heard() {
             let id = u16::try_from(progress.partition).ok().and_then(PartitionId::from_code);
-            if let Some(id) = id.filter(|_| self.finished && progress.frames_checkpointed >= self.runner.frames_done())
-            {
+            let is_new = |id: &PartitionId| !self.others_done.contains(id);
+            let is_done = self.finished && progress.frames_checkpointed >= self.runner.frames_done();
+            if let Some(id) = id.filter(|_| is_done).filter(is_new) {
                 self.others_done.push(id);
             }
         }

@@ -226,6 +226,22 @@ pub fn purge_debris(parent: &Path) -> usize {
     purged
 }
 
+/// Whether `folder` is one of a run whose warden lives.
+#[must_use]
+pub fn is_alive(folder: &Path) -> bool {
+    let lock = File::open(folder.join("lock"));
+    folder.join("run.json").exists()
+        && lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
+}
+
+/// The folder of the newest living run below `root`.
+#[must_use]
+pub fn living(root: &Path) -> Option<PathBuf> {
+    let folders = fs::read_dir(root).ok()?.flatten().map(|entry| entry.path());
+    let made = |path: &PathBuf| fs::metadata(path.join("run.json")).and_then(|file| file.modified()).ok();
+    folders.filter(|path| is_alive(path)).max_by_key(made)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{OwnedRunDir, RunDir, SHARED_MEMORY, purge_debris};

@@ -5,7 +5,7 @@
 
 mod faults;
 
-use crate::checkpoint::{Checkpoint, CheckpointError, Store};
+use crate::checkpoint::{Checkpoint, CheckpointError, CheckpointParts, Entries, Store};
 use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
 use crate::inbox::{Counters, Inbox};
 use crate::latency::FrameTimes;
@@ -73,6 +73,8 @@ impl Timetable {
     }
 }
 
+/// Room for a partition's state in a checkpoint; more is taken when it is needed.
+const STATE_BYTES: usize = 1 << 18;
 /// Of a checkpoint that a kill cuts, unless the drill says where.
 const HALF_PERMILLE: u32 = 500;
 
@@ -89,6 +91,8 @@ pub struct Runner<L: Link> {
     /// Some for the source.
     pacing: Option<Pacing>,
     store: Option<Store>,
+    /// The partition's own part of a checkpoint, as last written.
+    state: Vec<u8>,
     seq: [u64; TOPICS_MAX],
     seq_checkpointed: [u64; TOPICS_MAX],
     epoch: u32,
@@ -156,6 +160,7 @@ impl<L: Link> Runner<L> {
             outbox: Outbox::from_entries(checkpoint.outbox, run.window_frames),
             pacing: is_source.then(|| Pacing::new(run)),
             store,
+            state: Vec::with_capacity(STATE_BYTES),
             seq: checkpoint.seq,
             seq_checkpointed: checkpoint.seq,
             epoch,
@@ -185,6 +190,9 @@ impl<L: Link> Runner<L> {
             partition,
             link,
         };
+        runner.outbox.reserve(id);
+        let bytes = runner.outbox.reserved_bytes() + STATE_BYTES;
+        runner.store.iter_mut().for_each(|store| store.reserve(bytes));
         if let Some(pacing) = &mut runner.pacing {
             runner.given_up.iter().for_each(|&id| pacing.lose(id));
         }
@@ -520,16 +528,16 @@ impl<L: Link> Runner<L> {
         let begin_ns = self.link.now_ns();
         let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
         if let Some(store) = &mut self.store {
-            let mut state = Vec::new();
-            self.partition.save(&mut state)?;
-            let checkpoint = Checkpoint {
+            self.state.clear();
+            self.partition.save(&mut self.state)?;
+            let checkpoint = CheckpointParts {
                 frames: self.frames_done,
                 ended: self.finished,
-                given_up: self.given_up.clone(),
-                seq: self.seq,
+                given_up: &self.given_up,
+                seq: &self.seq,
                 cursors: self.inbox.cursors(),
-                outbox: self.outbox.entries().cloned().collect(),
-                state,
+                outbox: Entries(&self.outbox),
+                state: &self.state,
             };
             if let (Some(fault), Some(hook)) = (torn, self.fault_hook) {
                 let permille = if let Fault::Tear { permille, .. } = fault { permille } else { HALF_PERMILLE };

@@ -186,7 +186,7 @@ impl Statistics {
         figures.cpu_s = sys::cpu_ns() as f64 * 1e-9;
         figures.wall_s = age_ns as f64 * 1e-9;
         figures.fresh_ns = runner.fresh_ns();
-        figures.times.clone_from(runner.times());
+        figures.times.copy_from(runner.times());
         figures.allocations_after_start = allocations;
         figures.bytes_sent = runner.bytes_sent();
         Housekeeping {
