@@ -95,7 +95,11 @@ fn lines(row: &PartitionRow, own: &PartitionLimits) -> Vec<Line> {
     vec![
         Line { name: "cpu_percent", used: cpu_percent(row), budget: share },
         Line { name: "memory_mb", used: mb, budget: own.memory_mb },
-        Line { name: "descriptors", used: row.usage.descriptors as f64, budget: own.descriptors.map(|most| most as f64) },
+        Line {
+            name: "descriptors",
+            used: row.usage.descriptors as f64,
+            budget: own.descriptors.map(|most| most as f64),
+        },
     ]
 }
 
@@ -159,7 +163,8 @@ fn sum_percent(rows: &[(PartitionRow, Vec<Line>)]) -> f64 {
 /// Columns between `bar`s: Markdown with ` | `.
 fn table(flown_s: f64, rows: &[(PartitionRow, Vec<Line>)], bar: &str) -> String {
     let is_markdown = bar.contains('|');
-    let head = ["partition", "CPU %", "wait %", "frame p50 [us]", "p99", "max", "misses", "jitter p99 [us]", "RSS [MB]"];
+    let head =
+        ["partition", "CPU %", "wait %", "frame p50 [us]", "p99", "max", "misses", "jitter p99 [us]", "RSS [MB]"];
     let more = ["fd", "faults", "switches", "allocations", "kB/s", "margin %", "verdict"];
     let head: Vec<String> = head.into_iter().chain(more).map(String::from).collect();
     let mut cells = vec![head];
@@ -189,7 +194,13 @@ fn table(flown_s: f64, rows: &[(PartitionRow, Vec<Line>)], bar: &str) -> String 
     let mut text = String::new();
     for (at, row) in cells.iter().enumerate() {
         let padded: Vec<String> = (0..columns)
-            .map(|k| if k == 0 || k + 1 == columns { format!("{:<w$}", row[k], w = width(k)) } else { format!("{:>w$}", row[k], w = width(k)) })
+            .map(|k| {
+                if k == 0 || k + 1 == columns {
+                    format!("{:<w$}", row[k], w = width(k))
+                } else {
+                    format!("{:>w$}", row[k], w = width(k))
+                }
+            })
             .collect();
         let edge = if is_markdown { "|" } else { "" };
         let _ = writeln!(text, "{}", format!("{edge} {} {edge}", padded.join(bar)).trim());

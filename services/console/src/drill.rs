@@ -96,7 +96,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     scenario.config.speed = Some(arguments.speed);
     let idle = load_per_core() < IDLE_LOAD_PER_CORE;
     let reference = Reference::fly(&scenario)?;
-    let mut drill = Drill { arguments, scenario, reference, all: Tally::default(), by: ByFault::new(), runs: 0 };
+    let mut drill = Drill {
+        arguments,
+        scenario,
+        reference,
+        all: Tally { is_sum: true, ..Tally::default() },
+        by: ByFault::new(),
+        runs: 0,
+    };
     drill.campaign(&kinds, &interrupted)?;
     drill.report(idle)?;
     if interrupted.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(()) }
@@ -203,10 +210,10 @@ impl Drill<'_> {
             .collect();
         if plan.kind == Kind::Corrupt {
             let mut random = Random(self.arguments.seed ^ self.runs);
-            faults.extend((0..TOPICS.len()).map(|topic| Fault::Corrupt {
-                frame: frame_of(random.below(900)),
-                topic: Some(topic),
-            }));
+            faults.extend(
+                (0..TOPICS.len())
+                    .map(|topic| Fault::Corrupt { frame: frame_of(random.below(900)), topic: Some(topic) }),
+            );
         }
         faults
     }
@@ -255,8 +262,19 @@ impl Drill<'_> {
     fn table(&self, idle: bool) -> String {
         let mut text = format!(
             "{:<12} {:>5} {:>6} {:>6} {:>8} {:>6} {:>5} {:>6} {:>6} {:>6}  {:>10} {:>10} {:>10}\n",
-            "fault", "runs", "kills", "struck", "differ", "lost", "torn", "wedged", "leaks", "failed", "detect p99",
-            "recover p50", "p99 [ms]"
+            "fault",
+            "runs",
+            "kills",
+            "struck",
+            "differ",
+            "lost",
+            "torn",
+            "wedged",
+            "leaks",
+            "failed",
+            "detect p99",
+            "recover p50",
+            "p99 [ms]"
         );
         let rows = self.by.iter().map(|(kind, tally)| (kind.word(), tally)).chain([("all", &self.all)]);
         for (name, tally) in rows {

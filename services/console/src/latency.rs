@@ -31,7 +31,7 @@ const MARKERS: u64 = 200_000;
   obsid latency --json           one JSON object, with the histogram
 
 Links alternate in short bursts with the floors they are compared with, so that whatever else the computer does meets
-both: judge the ratios. `poll` is compared with a cache line, `waitset` with a futex. Samples are those that the
+both: judge the ratios. `poll` is compared with a cache line, `waitset` (asleep until woken) with a futex. Samples are those that the
 partitions exchange: 72 B (event) and 6440 B (accelerometers).")]
 pub struct Arguments {
     /// Of each of the two parts
@@ -81,7 +81,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if arguments.json {
         let links: Vec<Value> = rows.iter().map(|row| link_json(row, &rows)).collect();
-        let object = json!({ "links": links, "end_to_end": end_to_end_json(&end_to_end), "marker_ns": marker_ns });
+        let object = json!({
+            "links": links, "end_to_end": end_to_end_json(&end_to_end), "marker_ns": marker_ns[0],
+            "clock_ns": marker_ns[1],
+        });
         crate::print(&format!("{object}\n"));
     } else {
         crate::print(&table(&rows, &end_to_end, marker_ns));
@@ -119,16 +122,21 @@ fn links(run: &runtime::RunConfig, seconds: f64) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// Cost of a marker of `obsid run --trace`, the reading of the clock included \[ns\].
-fn marker_ns() -> Result<f64, Failure> {
+/// Cost of a marker of `obsid run --trace`, its share of the writing of the file included, and of
+/// one reading of the clock \[ns\].
+fn marker_ns() -> Result<[f64; 2], Failure> {
     let scratch = Scratch::new()?;
     let path = scratch.file("markers");
     let mut trace = Trace::create(&path).map_err(|error| Failure::Run(error.to_string()))?;
-    let begin_ns = monotonic_ns();
-    for k in 0..MARKERS {
-        trace.mark(Mark::Frame, k, begin_ns, monotonic_ns());
-    }
-    Ok((monotonic_ns() - begin_ns) as f64 / MARKERS as f64)
+    let mut last_ns = 0;
+    let of = |act: &mut dyn FnMut(u64)| {
+        let begin_ns = monotonic_ns();
+        (0..MARKERS).for_each(act);
+        (monotonic_ns() - begin_ns) as f64 / MARKERS as f64
+    };
+    let marker = of(&mut |k| trace.mark(Mark::Frame, std::hint::black_box(k), k, k + 1));
+    let clock = of(&mut |_| last_ns = std::hint::black_box(monotonic_ns()));
+    Ok([marker, clock])
 }
 
 fn ratio(row: &Row, rows: &[Row]) -> f64 {
@@ -153,7 +161,7 @@ fn end_to_end_json(times: &LatencyHistogram) -> Value {
     })
 }
 
-fn table(rows: &[Row], end_to_end: &LatencyHistogram, marker_ns: f64) -> String {
+fn table(rows: &[Row], end_to_end: &LatencyHistogram, [marker_ns, clock_ns]: [f64; 2]) -> String {
     let mut text = format!(
         "{:<12} {:<9} {:>6} {:>10} {:>10} {:>10} {:>10} {:>7}\n",
         "one way", "mode", "bytes", "p50 [us]", "p99", "p99.9", "max", "ratio"
@@ -186,7 +194,7 @@ fn table(rows: &[Row], end_to_end: &LatencyHistogram, marker_ns: f64) -> String 
         let bar = "#".repeat((60 * count).div_ceil(total.max(1)) as usize);
         let _ = writeln!(text, "{up_to_us:>10.0} us {count:>8}  {bar}");
     }
-    let _ = writeln!(text, "\na marker of --trace costs {marker_ns:.0} ns");
+    let _ = writeln!(text, "\na marker of --trace costs {marker_ns:.0} ns, one reading of the clock {clock_ns:.0} ns");
     text
 }
 

@@ -140,7 +140,8 @@ impl Outcome {
         let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
         let (mut comparisons, mut digest) = (Vec::new(), None);
         let found = if recorded {
-            recorded_results(run.config.results.as_ref().unwrap_or(&run.config.record), failure.is_some()).map_err(|error| error.explain())
+            recorded_results(run.config.results.as_ref().unwrap_or(&run.config.record), failure.is_some())
+                .map_err(|error| error.explain())
         } else {
             Err("nothing was recorded".into())
         };
@@ -157,7 +158,19 @@ impl Outcome {
             }
         }
         let recording_loss = run.config.results.as_deref().and_then(Loss::of_recording);
-        Outcome { modes, parameters, arm, comparisons, partitions: rows, deaths, recording_loss, digest, wall_s, link, failure }
+        Outcome {
+            modes,
+            parameters,
+            arm,
+            comparisons,
+            partitions: rows,
+            deaths,
+            recording_loss,
+            digest,
+            wall_s,
+            link,
+            failure,
+        }
     }
 
     /// What was to be delivered and was not; empty where the results are whole.

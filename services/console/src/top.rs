@@ -163,7 +163,17 @@ impl Look {
         let _ = writeln!(
             text,
             "{:<12} {:>8} {:>10} {:>9} {:>7} {:>10} {:>10} {:>10} {:>7} {:>8} {:>7}",
-            "partition", "pid", "frame", "frames/s", "CPU %", "p50 [us]", "p99 [us]", "frame max", "misses", "restarts", "lost"
+            "partition",
+            "pid",
+            "frame",
+            "frames/s",
+            "CPU %",
+            "p50 [us]",
+            "p99 [us]",
+            "frame max",
+            "misses",
+            "restarts",
+            "lost"
         );
         for (name, rate, cpu) in self.rates(before) {
             let seen = &self.partitions[name];

@@ -72,7 +72,9 @@ impl Events {
 
     fn names(&mut self, id: PartitionId) -> std::io::Result<()> {
         let pid = id.code() + 1;
-        self.put(format_args!("{{\"ph\":\"M\",\"pid\":{pid},\"name\":\"process_name\",\"args\":{{\"name\":\"{id}\"}}}}"))?;
+        self.put(format_args!(
+            "{{\"ph\":\"M\",\"pid\":{pid},\"name\":\"process_name\",\"args\":{{\"name\":\"{id}\"}}}}"
+        ))?;
         for (row, name) in [(FRAMES, "frames"), (SENDS, "sends"), (WAITS, "waits"), (LIVES, "lives and modes")] {
             self.put(format_args!(
                 "{{\"ph\":\"M\",\"pid\":{pid},\"tid\":{row},\"name\":\"thread_name\",\"args\":{{\"name\":\"{name}\"}}}}"

@@ -18,13 +18,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use telemetry::{
-    COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Sample, TICK,
-};
+use telemetry::{COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Sample, TICK};
 
 /// Frames per turn: bounds the time between looks at signals and links.
 const FRAMES_PER_TURN: u64 = 25;
 const BEAT: Duration = Duration::from_millis(50);
+/// Between two looks whether the work beside the loop is done.
+const WORK_LOOK: Duration = Duration::from_millis(2);
 /// A wait of 0 would not let others run.
 const TIMER_MIN_NS: u64 = 10_000;
 const HOUSEKEEPING_EVERY: Duration = Duration::from_secs(1);
@@ -130,6 +130,7 @@ struct Process<'a> {
     others_done: Vec<PartitionId>,
     timetable: Option<Timetable>,
     is_back: bool,
+    told_anew: bool,
     last_beat: Instant,
     last_housekeeping: Instant,
 }
@@ -156,6 +157,7 @@ impl<'a> Process<'a> {
             trace.mark(Mark::Start, life.epoch.into(), now_ns, now_ns);
             runner.trace_to(trace);
         }
+        runner.work_beside();
         let timetable = timetable(run, id, runner.frames_done());
         timetable.into_iter().for_each(|table| runner.keep_time(table));
         if role == Role::Creates {
@@ -164,6 +166,7 @@ impl<'a> Process<'a> {
         let mut process = Process {
             timetable,
             is_back: life.epoch == 0,
+            told_anew: false,
             reported: runner.counters(),
             runner,
             run,
@@ -212,6 +215,13 @@ impl<'a> Process<'a> {
             self.last_housekeeping = Instant::now();
             self.housekeeping()?;
         }
+        if self.runner.began_anew() && !self.told_anew {
+            self.told_anew = true;
+            let (id, frame) = (self.runner.id(), self.runner.frames_done());
+            sys::tell(&format!(
+                "{id}: no checkpoint is whole: it begins anew at frame {frame}, what it knew is lost\n"
+            ));
+        }
         if !self.is_back && self.runner.fresh_ns().is_some() {
             // The warden reads from it how long a restart took.
             self.is_back = true;
@@ -224,7 +234,7 @@ impl<'a> Process<'a> {
     }
 
     fn wait(&mut self) -> Result<(), ProcessError> {
-        let timeout = self.time_to_next_frame();
+        let timeout = if self.runner.is_working() { WORK_LOOK } else { self.time_to_next_frame() };
         let begin_ns = sys::monotonic_ns();
         if let Some(trace) = self.runner.trace_mut() {
             trace.flush();
@@ -390,6 +400,8 @@ fn parse(arguments: &[String]) -> Result<(PathBuf, Life), String> {
 pub fn exit_code(id: PartitionId, result: Result<(), ProcessError>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        // The warden asked for it and says why.
+        Err(error @ ProcessError::Stopped) => ExitCode::from(error.exit_code() as u8),
         Err(error) => {
             // One write: six processes share the console's standard error.
             sys::tell(&format!("{id}: {error}\n"));

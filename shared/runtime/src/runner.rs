@@ -4,10 +4,11 @@
 //! reports progress. It never waits: who calls it decides whether to sleep.
 
 mod faults;
+mod worker;
 
 use crate::checkpoint::{Checkpoint, CheckpointError, CheckpointParts, Entries, Store};
 use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
-use crate::inbox::{Counters, Inbox};
+use crate::inbox::{Counters, Inbox, SEQ_ANEW};
 use crate::latency::FrameTimes;
 use crate::link::{Link, LinkError};
 use crate::outbox::Outbox;
@@ -18,6 +19,7 @@ use telemetry::{
     COMMAND, Command, Delivery, Header, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick,
     TopicId,
 };
+use worker::{Worker, WorkerEnded};
 use zerocopy::{FromBytes, IntoBytes};
 
 /// Why a partition cannot go on.
@@ -78,12 +80,32 @@ const STATE_BYTES: usize = 1 << 18;
 /// Of a checkpoint that a kill cuts, unless the drill says where.
 const HALF_PERMILLE: u32 = 500;
 
+/// A frame whose outputs have not been sent.
+#[derive(Clone, Copy)]
+struct Begun {
+    tick: Tick,
+    started_ns: u64,
+    /// Send of its newest sample; 0 without one.
+    newest_ns: u64,
+}
+
+fn worker_ended(WorkerEnded: WorkerEnded) -> RunError {
+    RunError::State(StateError::Other("the work that a frame left ended by a panic".into()))
+}
+
 /// Where a partition kills itself in a drill.
 pub type FaultHook = fn(&Fault);
 
 /// One partition, its link, its queues, its checkpoints.
 pub struct Runner<L: Link> {
-    partition: Box<dyn Partition>,
+    id: PartitionId,
+    /// None while it works on the worker's thread.
+    partition: Option<Box<dyn Partition>>,
+    worker: Option<Worker>,
+    /// Stands in for those that are away.
+    spare_outputs: Option<Outputs>,
+    /// The frame whose work is not done.
+    away: Option<Begun>,
     link: L,
     inbox: Inbox,
     outputs: Outputs,
@@ -98,6 +120,7 @@ pub struct Runner<L: Link> {
     epoch: u32,
     frames_done: u64,
     frames_checkpointed: u64,
+    began_anew: bool,
     cycles: u64,
     progress_due: bool,
     finished: bool,
@@ -166,6 +189,7 @@ impl<L: Link> Runner<L> {
             epoch,
             frames_done: checkpoint.frames,
             frames_checkpointed: checkpoint.frames,
+            began_anew: false,
             cycles: 0,
             progress_due: true,
             finished: checkpoint.ended,
@@ -187,7 +211,11 @@ impl<L: Link> Runner<L> {
             heard_by_pacing: 0,
             mode: telemetry::ModeState::Standby,
             given_up: checkpoint.given_up,
-            partition,
+            id,
+            partition: Some(partition),
+            worker: None,
+            spare_outputs: Some(Outputs::default()),
+            away: None,
             link,
         };
         runner.outbox.reserve(id);
@@ -211,7 +239,7 @@ impl<L: Link> Runner<L> {
     /// Of the partition that it drives.
     #[must_use]
     pub fn id(&self) -> PartitionId {
-        self.partition.id()
+        self.id
     }
     /// How often the partition was started before in this run.
     #[must_use]
@@ -249,6 +277,20 @@ impl<L: Link> Runner<L> {
     #[must_use]
     pub fn bytes_sent(&self) -> u64 {
         self.bytes_sent
+    }
+    /// Whether this life began behind the first frame without a checkpoint: what it knew is lost.
+    #[must_use]
+    pub fn began_anew(&self) -> bool {
+        self.began_anew
+    }
+    /// Work that a frame leaves is done on a thread of its own from now on.
+    pub fn work_beside(&mut self) {
+        self.worker = Some(Worker::start());
+    }
+    /// Whether work is being done beside the loop.
+    #[must_use]
+    pub fn is_working(&self) -> bool {
+        self.away.is_some()
     }
     /// Source: frames are due by the clock.
     pub fn keep_time(&mut self, timetable: Timetable) {
@@ -294,8 +336,8 @@ impl<L: Link> Runner<L> {
     pub fn turn(&mut self, frames_max: u64) -> Result<Turn, RunError> {
         self.cycles += 1;
         self.drain()?;
-        let mut frames = 0;
-        while !self.finished && frames < frames_max {
+        let mut frames = self.welcome_back()?;
+        while self.away.is_none() && !self.finished && frames < frames_max {
             let frame = if self.pacing.is_some() { self.open_frame() } else { self.next_frame() };
             let Some(tick) = frame else { break };
             self.run_frame(&tick)?;
@@ -316,7 +358,12 @@ impl<L: Link> Runner<L> {
     /// # Errors
     /// When the partition's own file cannot be completed.
     pub fn finish(&mut self) -> Result<(), RunError> {
-        Ok(self.partition.finish()?)
+        if self.away.take().is_some()
+            && let Some((partition, _)) = self.worker.as_ref().and_then(|worker| worker.receive().ok())
+        {
+            self.partition = Some(partition);
+        }
+        Ok(self.partition.as_mut().map_or(Ok(()), |partition| partition.finish())?)
     }
 
     /// Heart-beat: reports progress although nothing happened.
@@ -404,6 +451,8 @@ impl<L: Link> Runner<L> {
 
     fn run_frame(&mut self, tick: &Tick) -> Result<(), RunError> {
         self.strike(KillPoint::Frame, tick.frame);
+        // Without a checkpoint a life begins with frame 0, unless the others are far beyond it.
+        self.began_anew |= self.frames_done == 0 && tick.frame > 0;
         let started_ns = self.link.now_ns();
         self.inbox.collect(tick.frame, &tick.last_seq);
         let mut newest_ns = 0;
@@ -426,11 +475,40 @@ impl<L: Link> Runner<L> {
                 trace.mark(Mark::Mode, state.code().into(), started_ns, started_ns);
             }
         }
-        self.partition.frame(&frame, &mut self.outputs);
+        let partition = self.partition.as_mut().expect("at home while no work is away");
+        partition.frame(&frame, &mut self.outputs);
         self.urgent.clear();
+        let begun = Begun { tick: *tick, started_ns, newest_ns };
+        if partition.has_work() {
+            let Some(worker) = &self.worker else {
+                partition.work(&mut self.outputs);
+                return self.complete(&begun);
+            };
+            let partition = self.partition.take().expect("at home while no work is away");
+            let outputs = core::mem::replace(&mut self.outputs, self.spare_outputs.take().unwrap_or_default());
+            worker.send(partition, outputs).map_err(worker_ended)?;
+            self.away = Some(begun);
+            return Ok(());
+        }
+        self.complete(&begun)
+    }
+
+    /// Takes the partition back when its work is done; the number of frames that are complete now.
+    fn welcome_back(&mut self) -> Result<u64, RunError> {
+        let (Some(begun), Some(worker)) = (self.away, &self.worker) else { return Ok(0) };
+        let Some((partition, outputs)) = worker.try_receive().map_err(worker_ended)? else { return Ok(0) };
+        self.spare_outputs = Some(core::mem::replace(&mut self.outputs, outputs));
+        (self.partition, self.away) = (Some(partition), None);
+        self.complete(&begun)?;
+        Ok(1)
+    }
+
+    /// Sends what the frame published, and closes it.
+    fn complete(&mut self, begun: &Begun) -> Result<(), RunError> {
+        let Begun { tick, started_ns, newest_ns } = begun;
         let ended = if self.pacing.is_some() { self.outputs.ended } else { tick.flags & 1 == 1 };
         self.send_outputs(tick, ended)?;
-        self.note_times(tick.frame, started_ns, newest_ns);
+        self.note_times(tick.frame, *started_ns, *newest_ns);
         self.strike(KillPoint::Publish, tick.frame);
         self.frames_done = tick.frame.saturating_add(1);
         self.outbox.forget_before(self.frames_done);
@@ -463,7 +541,7 @@ impl<L: Link> Runner<L> {
     }
 
     fn send_outputs(&mut self, tick: &Tick, ended: bool) -> Result<(), RunError> {
-        let mut outputs = core::mem::take(&mut self.outputs);
+        let mut outputs = core::mem::replace(&mut self.outputs, Outputs::without_memory());
         let mut result = Ok(());
         outputs.for_each(|topic, payload| {
             if result.is_ok() {
@@ -490,10 +568,13 @@ impl<L: Link> Runner<L> {
     /// Completes the header and sends; outputs of a frame (not status samples) are kept for a
     /// restart.
     fn send(&mut self, topic: TopicId, payload: &mut [u8], frame: Option<u64>) -> Result<(), RunError> {
+        if self.began_anew && self.seq[topic] == 0 {
+            self.seq[topic] = u64::from(self.epoch) * SEQ_ANEW;
+        }
         self.seq[topic] += 1;
         let (header, _) = Header::mut_from_prefix(payload).expect("every sample begins with a header");
         header.layout = TOPICS[topic].layout;
-        header.source = self.partition.id().code();
+        header.source = self.id.code();
         header.seq = self.seq[topic];
         if let Some(frame) = frame {
             self.outbox.keep(frame, topic, payload);
@@ -529,7 +610,7 @@ impl<L: Link> Runner<L> {
         let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
         if let Some(store) = &mut self.store {
             self.state.clear();
-            self.partition.save(&mut self.state)?;
+            self.partition.as_mut().expect("no work is away").save(&mut self.state)?;
             let checkpoint = CheckpointParts {
                 frames: self.frames_done,
                 ended: self.finished,
@@ -559,7 +640,7 @@ impl<L: Link> Runner<L> {
         self.progress_due = false;
         let mut progress = Progress {
             header: Header::at(self.frames_done * self.period_ns),
-            partition: self.partition.id().code().into(),
+            partition: self.id.code().into(),
             epoch: self.epoch,
             cycles: self.cycles,
             frames_processed: self.frames_done,

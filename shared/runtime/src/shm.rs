@@ -16,8 +16,8 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{
-    AttributeSpecifier, FileName, MessagingPattern, Path as IoxPath, SemanticString, ServiceName,
-    SignalHandlingMode, ipc, set_log_level,
+    AttributeSpecifier, FileName, MessagingPattern, Path as IoxPath, SemanticString, ServiceName, SignalHandlingMode,
+    ipc, set_log_level,
 };
 use iceoryx2::service::Service as _;
 use iceoryx2::service::builder::event::EventOpenError;

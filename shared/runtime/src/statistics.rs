@@ -177,9 +177,9 @@ impl Statistics {
     pub fn sample<L: Link>(&mut self, runner: &Runner<L>) -> Housekeeping {
         let age_ns = sys::monotonic_ns().saturating_sub(self.started_ns);
         if self.allocations_at_start.is_none() && age_ns >= START.as_nanos() as u64 {
-            self.allocations_at_start = Some(sys::allocations());
+            self.allocations_at_start = Some(sys::allocations_of_system());
         }
-        let allocations = self.allocations_at_start.map_or(0, |at_start| sys::allocations() - at_start);
+        let allocations = self.allocations_at_start.map_or(0, |at_start| sys::allocations_of_system() - at_start);
         let figures = &mut self.figures;
         figures.counters = runner.counters();
         figures.frames = runner.frames_done();

@@ -222,7 +222,10 @@ impl<'a> Warden<'a> {
         let still = self.last_advance.elapsed();
         if still > Duration::from_secs(self.limits.stall_s) {
             let waits = if self.waits.is_empty() { String::new() } else { format!("{}: ", self.waits) };
-            return Err(format!("{waits}no frame was processed for {} s (last: {})", self.limits.stall_s, self.last_frame));
+            return Err(format!(
+                "{waits}no frame was processed for {} s (last: {})",
+                self.limits.stall_s, self.last_frame
+            ));
         }
         if still > self.renew_after && self.services_exist && self.first_end.is_none() {
             self.renew_after = still + self.renew_after * 2;
@@ -296,7 +299,7 @@ impl<'a> Warden<'a> {
             else {
                 continue;
             };
-            let mut services_lost = status.code() == Some(EXIT_VANISHED);
+            let mut services_lost = status.code() == Some(EXIT_VANISHED) || self.wards[index].fails_again(status);
             if self.wards[index].id == PartitionId::Supervisor {
                 self.listen_to_supervisor();
                 self.pipe = LineBuffer::default();

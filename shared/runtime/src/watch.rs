@@ -14,7 +14,9 @@ use std::io::BufRead;
 use std::time::{Duration, Instant};
 use telemetry::{PartitionId, Progress};
 
-const STATUS_EVERY: Duration = Duration::from_millis(100);
+/// Less than a beat, so that every waking says something: three missed ones are the supervisor's
+/// own hang.
+const STATUS_EVERY: Duration = Duration::from_millis(40);
 /// No partition did a frame for so long: who waits for whom is said, and again each time.
 const STILL: Duration = Duration::from_secs(1);
 

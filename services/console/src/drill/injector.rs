@@ -260,7 +260,8 @@ impl Injector {
         use std::os::unix::fs::FileExt;
         let Some(folder) = &self.folder else { return false };
         let prefix = RunDir::at(folder).prefix();
-        let mut files: Vec<PathBuf> = fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|e| e.path()).collect();
+        let mut files: Vec<PathBuf> =
+            fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|e| e.path()).collect();
         files.retain(|path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             name.starts_with(&prefix) && (name.ends_with(".connection") || name.ends_with(".dynamic"))
@@ -283,8 +284,7 @@ impl Injector {
                 continue;
             }
             self.flown.cuts += bytes.len() as u64;
-            self.flown.cuts_taken +=
-                (0..bytes.len()).filter(|&cut| checkpoint::is_whole(&bytes[..cut])).count() as u64;
+            self.flown.cuts_taken += (0..bytes.len()).filter(|&cut| checkpoint::is_whole(&bytes[..cut])).count() as u64;
         }
     }
 }

@@ -25,6 +25,8 @@ pub struct Verdict {
 /// Counts of one kind of fault, or of all.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
+    /// Of all faults: of those alone that leave the warden its processor.
+    pub is_sum: bool,
     pub runs: u64,
     pub struck: u64,
     pub kills: u64,
@@ -65,16 +67,23 @@ impl Tally {
         self.log_disagreements += disagreements(kind, deaths, &flown.killed);
         self.cuts += flown.cuts;
         self.cuts_taken += flown.cuts_taken;
+        let reasons =
+            verdict.failure.iter().chain(&verdict.declared).map(|reason| format!("{}: {reason}", kind.word()));
+        let room = REASONS_MAX.saturating_sub(self.reasons.len());
+        self.reasons.extend(reasons.take(room));
+        // What stops the warden itself, or the whole computer, says nothing of its times.
+        if matches!(kind, Kind::Clock | Kind::Hog | Kind::Shm | Kind::Rogue) && self.is_sum {
+            return;
+        }
         self.detect_ms.extend(deaths.iter().filter(|row| row.cause.starts_with("signal")).filter_map(|row| {
             let sent = flown.killed.iter().find(|killed| killed.pid == row.pid);
             sent.map_or(row.detect_ms, |killed| Some(row.noticed_ns.saturating_sub(killed.at_ns) as f64 * 1e-6))
         }));
         self.hang_ms.extend(deaths.iter().filter(|row| row.cause == "hang").filter_map(|row| row.detect_ms));
         let crashed = |row: &&DeathRow| row.cause.starts_with("signal");
-        self.recover_ms
-            .extend(deaths.iter().filter(crashed).filter_map(|row| Some(row.recover_ms? + row.detect_ms.unwrap_or(0.0))));
-        let reasons = verdict.failure.iter().chain(&verdict.declared).map(|reason| format!("{}: {reason}", kind.word()));
-        self.reasons.extend(reasons.take(REASONS_MAX.saturating_sub(self.reasons.len())));
+        self.recover_ms.extend(
+            deaths.iter().filter(crashed).filter_map(|row| Some(row.recover_ms? + row.detect_ms.unwrap_or(0.0))),
+        );
     }
 
     /// As an object; `kind` is the word of a fault.

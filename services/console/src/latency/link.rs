@@ -21,7 +21,7 @@ use telemetry::{PartitionId, Stamps, TOPICS, TopicId};
 pub enum Mode {
     /// It looks again and again.
     Poll,
-    /// It sleeps in the WaitSet until it is woken.
+    /// It sleeps in the listener of its wake service until it is woken, as in flight.
     WaitSet,
 }
 
@@ -104,7 +104,8 @@ pub fn ping_pong(
     let until_both = |place, runs, act: &mut dyn FnMut(&mut Ends<'_>) -> Result<(), LinkError>| {
         pin(place);
         let mut ends = Ends::join(runs, way, &made, &failed);
-        let outcome = ends.as_mut().map_err(|error| error.to_string()).and_then(|ends| act(ends).map_err(|e| e.to_string()));
+        let outcome =
+            ends.as_mut().map_err(|error| error.to_string()).and_then(|ends| act(ends).map_err(|e| e.to_string()));
         failed.fetch_or(outcome.is_err(), Ordering::Relaxed);
         over.wait();
         outcome

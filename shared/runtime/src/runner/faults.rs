@@ -8,7 +8,7 @@ use telemetry::{Header, IMU, Stamps, TopicId};
 impl<L: Link> Runner<L> {
     /// The fault of this run that strikes this partition here, in its first life.
     pub(super) fn fault_at(&self, point: KillPoint, frame: u64, within: u64) -> Option<Fault> {
-        let (id, is_first) = (self.partition.id(), self.epoch == 0);
+        let (id, is_first) = (self.id, self.epoch == 0);
         self.faults.iter().copied().find(|fault| match *fault {
             Fault::Kill { partition, frame: at, point: p } => {
                 is_first && partition == id && p == point && at <= frame && frame < at + within

@@ -5,12 +5,15 @@ use crate::rundir::RunDir;
 use crate::statistics::{LifeFigures, PartitionRow};
 use crate::usage::{self, Usage};
 use rustix::fd::OwnedFd;
-use std::process::Child;
+use rustix::process::Signal;
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, ExitStatus};
 use std::time::{Duration, Instant};
 use telemetry::PartitionId;
 
-/// Of the time in which nothing was heard.
-const STARVED_SHARE: f64 = 0.5;
+/// Of the time in which nothing was heard: one of the three beats. One is slept away regularly, and
+/// a process that hangs waits for no processor at all, unless it loops.
+const STARVED_SHARE: f64 = 1.0 / 3.0;
 /// Silent again within this time: the same want of a processor.
 const STARVED_AGAIN: Duration = Duration::from_secs(1);
 /// A loop without end on a busy computer waits for a processor most of the time, too.
@@ -46,6 +49,8 @@ pub(super) struct Ward {
     waited_s: f64,
     starved_at: Option<Instant>,
     starved_times: u32,
+    /// Its last life ended by a fault of its own, and nothing was made of it.
+    failed: bool,
     past_usage: Usage,
     usage: Usage,
 }
@@ -63,6 +68,7 @@ impl Ward {
             waited_s: 0.0,
             starved_at: None,
             starved_times: 0,
+            failed: false,
             past_usage: Usage::default(),
             usage: Usage::default(),
         }
@@ -84,12 +90,23 @@ impl Ward {
         self.usage = now;
     }
 
-    /// Whether its process is silent for want of a processor: it is ready to run, and most of the
-    /// time since its last sign of life it waited. Who computes, sleeps or is stopped is not starved.
+    /// Whether it ended by a fault of its own (no signal from outside), and the life before, too:
+    /// what both used is broken, and only the services are common
+    /// to both.
+    pub fn fails_again(&mut self, status: ExitStatus) -> bool {
+        let from_outside = [Signal::KILL, Signal::TERM].map(|signal| Some(signal.as_raw())).contains(&status.signal());
+        let failed = !from_outside && !status.success() && status.code().is_none_or(|code| code == 1);
+        let again = failed && self.failed;
+        self.failed = failed && !again;
+        again
+    }
+
+    /// Whether its process is silent for want of a processor: it waited for one for a good part of
+    /// the time since its last sign of life. Who computes, sleeps or is stopped is not starved.
     pub fn is_starved(&mut self, pid: u32, silent_ms: f64) -> bool {
         let before = core::mem::replace(&mut self.waited_s, Usage::of(pid).map_or(0.0, |usage| usage.wait_s));
         let waited_ms = (self.waited_s - before.max(self.usage.wait_s)) * 1e3;
-        let starved = usage::state(pid) == Some('R') && waited_ms > STARVED_SHARE * silent_ms;
+        let starved = usage::state(pid) != Some('T') && waited_ms > STARVED_SHARE * silent_ms;
         let again = self.starved_at.replace(Instant::now()).is_some_and(|at| at.elapsed() < STARVED_AGAIN);
         self.starved_times = if again { self.starved_times + 1 } else { 1 };
         starved && self.starved_times <= STARVED_TIMES_MAX
@@ -105,6 +122,8 @@ impl Ward {
         if let Some(figures) = self.figures(dir) {
             figures.fresh_ns.into_iter().for_each(|fresh_ns| log.recovered(self.id.text(), self.epoch, fresh_ns));
             self.past.add(&figures);
+            // A life that came to a fresh frame had what it needs.
+            self.failed &= figures.fresh_ns.is_none();
         }
         self.past_usage.add(&core::mem::take(&mut self.usage));
         self.waited_s = 0.0;
