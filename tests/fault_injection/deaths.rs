@@ -48,7 +48,7 @@ fn a_trace_has_frames_of_every_partition_and_the_restart_of_who_died() {
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
     let trace: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
     let events = trace["traceEvents"].as_array().unwrap();
-    let named = |name: &str| events.iter().filter(move |event| event["name"] == name);
+    let named = |name: &'static str| events.iter().filter(move |event| event["name"] == name);
     let processes: Vec<_> = named("process_name").map(|event| event["args"]["name"].as_str().unwrap()).collect();
     assert_eq!(processes, PARTITIONS);
     for process in named("process_name").map(|event| &event["pid"]) {

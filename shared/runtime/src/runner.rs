@@ -4,23 +4,24 @@
 //! reports progress. It never waits: who calls it decides whether to sleep.
 
 mod faults;
+mod figures;
+mod out;
+mod timetable;
 mod worker;
 
-use crate::checkpoint::{Checkpoint, CheckpointError, CheckpointParts, Entries, Store};
+pub use timetable::Timetable;
+
+use crate::checkpoint::{Checkpoint, CheckpointError, Store};
 use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
-use crate::inbox::{Counters, Inbox, SEQ_ANEW};
+use crate::inbox::Inbox;
 use crate::latency::FrameTimes;
 use crate::link::{Link, LinkError};
 use crate::outbox::Outbox;
 use crate::pacing::Pacing;
 use crate::partition::{Frame, Outputs, Partition, StateError};
 use crate::trace::{Mark, Trace};
-use telemetry::{
-    COMMAND, Command, Delivery, Header, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick,
-    TopicId,
-};
+use telemetry::{COMMAND, Command, Header, MODE, PROGRESS, PartitionId, Progress, TICK, TOPICS, TOPICS_MAX, Tick};
 use worker::{Worker, WorkerEnded};
-use zerocopy::{FromBytes, IntoBytes};
 
 /// Why a partition cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -48,31 +49,6 @@ pub enum Turn {
     Idle,
     /// The last frame is done and checkpointed.
     Finished,
-}
-
-/// When the frames of a source are due that follows the clock.
-#[derive(Clone, Copy, Debug)]
-pub struct Timetable {
-    /// Due time of `first_frame` (`CLOCK_MONOTONIC`) \[ns\].
-    pub begin_ns: u64,
-    /// The first frame of this life.
-    pub first_frame: u64,
-    /// Wall time between two frames \[ns\].
-    pub interval_ns: u64,
-}
-
-impl Timetable {
-    /// When `frame` is due \[ns\].
-    #[must_use]
-    pub fn due_ns(&self, frame: u64) -> u64 {
-        self.begin_ns.saturating_add(frame.saturating_sub(self.first_frame).saturating_mul(self.interval_ns))
-    }
-
-    /// How many frames behind the first are due at `now_ns`, the first included.
-    #[must_use]
-    pub fn frames_due(&self, now_ns: u64) -> u64 {
-        now_ns.checked_sub(self.begin_ns).map_or(0, |since| since / self.interval_ns.max(1) + 1)
-    }
 }
 
 /// Room for a partition's state in a checkpoint; more is taken when it is needed.
@@ -236,61 +212,9 @@ impl<L: Link> Runner<L> {
         self
     }
 
-    /// Of the partition that it drives.
-    #[must_use]
-    pub fn id(&self) -> PartitionId {
-        self.id
-    }
-    /// How often the partition was started before in this run.
-    #[must_use]
-    pub fn epoch(&self) -> u32 {
-        self.epoch
-    }
-    /// Frames processed since the run began, over all restarts; the last ones may not be in a
-    /// checkpoint yet.
-    #[must_use]
-    pub fn frames_done(&self) -> u64 {
-        self.frames_done
-    }
-    /// Execution counter: turns since this start. One that stands still is a hang.
-    #[must_use]
-    pub fn cycles(&self) -> u64 {
-        self.cycles
-    }
-    /// Samples received and dropped, over all restarts.
-    #[must_use]
-    pub fn counters(&self) -> Counters {
-        self.inbox.counters()
-    }
-    /// Times of frames since this start.
-    #[must_use]
-    pub fn times(&self) -> &FrameTimes {
-        &self.times
-    }
-    /// End of the first frame whose samples were sent since this start \[ns\]: the partition is
-    /// back. Of a source its first frame.
-    #[must_use]
-    pub fn fresh_ns(&self) -> Option<u64> {
-        self.fresh_ns
-    }
-    /// Payload sent since this start [bytes].
-    #[must_use]
-    pub fn bytes_sent(&self) -> u64 {
-        self.bytes_sent
-    }
-    /// Whether this life began behind the first frame without a checkpoint: what it knew is lost.
-    #[must_use]
-    pub fn began_anew(&self) -> bool {
-        self.began_anew
-    }
     /// Work that a frame leaves is done on a thread of its own from now on.
     pub fn work_beside(&mut self) {
         self.worker = Some(Worker::start());
-    }
-    /// Whether work is being done beside the loop.
-    #[must_use]
-    pub fn is_working(&self) -> bool {
-        self.away.is_some()
     }
     /// Source: frames are due by the clock.
     pub fn keep_time(&mut self, timetable: Timetable) {
@@ -304,24 +228,9 @@ impl<L: Link> Runner<L> {
     pub fn trace_mut(&mut self) -> Option<&mut Trace> {
         self.trace.as_mut()
     }
-    /// State of the mode in effect.
-    #[must_use]
-    pub fn mode_text(&self) -> &'static str {
-        self.mode.text()
-    }
-    /// Partitions that were given up in this run.
-    #[must_use]
-    pub fn given_up(&self) -> &[PartitionId] {
-        &self.given_up
-    }
     /// For a caller that waits on the link between turns.
     pub fn link_mut(&mut self) -> &mut L {
         &mut self.link
-    }
-    /// Progress reports received since they were forgotten.
-    #[must_use]
-    pub fn heard(&self) -> &[Progress] {
-        &self.heard
     }
     /// Makes room for the next progress reports.
     pub fn forget_heard(&mut self) {
@@ -364,29 +273,6 @@ impl<L: Link> Runner<L> {
             self.partition = Some(partition);
         }
         Ok(self.partition.as_mut().map_or(Ok(()), |partition| partition.finish())?)
-    }
-
-    /// Heart-beat: reports progress although nothing happened.
-    ///
-    /// # Errors
-    /// When the link refuses.
-    pub fn beat(&mut self) -> Result<(), RunError> {
-        self.link.refresh()?;
-        self.report_progress()
-    }
-
-    /// Sends a status sample of this partition (command, housekeeping, event).
-    ///
-    /// # Errors
-    /// When the link refuses.
-    pub fn publish_status<T: telemetry::Sample>(
-        &mut self,
-        topic: telemetry::Topic<T>,
-        sample: &T,
-    ) -> Result<(), RunError> {
-        let mut sample = *sample;
-        self.send(topic.id, sample.as_mut_bytes(), None)?;
-        Ok(())
     }
 
     fn drain(&mut self) -> Result<(), RunError> {
@@ -515,141 +401,6 @@ impl<L: Link> Runner<L> {
         self.finished = ended;
         if ended || self.frames_done.is_multiple_of(self.checkpoint_frames) {
             self.checkpoint()?;
-        }
-        Ok(())
-    }
-
-    /// Times of a frame that began at `started_ns` with samples of which the newest was sent at
-    /// `newest_ns` (0: without).
-    fn note_times(&mut self, frame: u64, started_ns: u64, newest_ns: u64) {
-        let now_ns = self.link.now_ns();
-        let is_source = self.pacing.is_some();
-        let due_ns = if is_source { self.timetable.map_or(0, |table| table.due_ns(frame)) } else { newest_ns };
-        self.times.frame.record(now_ns.saturating_sub(started_ns));
-        if due_ns > 0 {
-            let since_due_ns = now_ns.saturating_sub(due_ns);
-            self.times.jitter.record(started_ns.saturating_sub(due_ns));
-            self.times.end_to_end.record(since_due_ns);
-            self.times.deadline_misses += u64::from(since_due_ns > self.deadline_ns);
-        }
-        if self.fresh_ns.is_none() && (is_source || newest_ns > self.started_ns) {
-            self.fresh_ns = Some(now_ns);
-        }
-        if let Some(trace) = &mut self.trace {
-            trace.mark(Mark::Frame, frame, started_ns, now_ns);
-        }
-    }
-
-    fn send_outputs(&mut self, tick: &Tick, ended: bool) -> Result<(), RunError> {
-        let mut outputs = core::mem::replace(&mut self.outputs, Outputs::without_memory());
-        let mut result = Ok(());
-        outputs.for_each(|topic, payload| {
-            if result.is_ok() {
-                result = self.send(topic, payload, Some(tick.frame));
-            }
-        });
-        self.outputs = outputs;
-        result?;
-        if self.pacing.is_some() {
-            let mut tick = *tick;
-            tick.flags = u64::from(ended);
-            for (topic, info) in TOPICS.iter().enumerate() {
-                if info.delivery == Delivery::Source {
-                    tick.last_seq[topic] = self.seq[topic];
-                }
-            }
-            tick.last_seq[TICK.id] = 0;
-            let frame = tick.frame;
-            self.send(TICK.id, tick.as_mut_bytes(), Some(frame))?;
-        }
-        Ok(())
-    }
-
-    /// Completes the header and sends; outputs of a frame (not status samples) are kept for a
-    /// restart.
-    fn send(&mut self, topic: TopicId, payload: &mut [u8], frame: Option<u64>) -> Result<(), RunError> {
-        if self.began_anew && self.seq[topic] == 0 {
-            self.seq[topic] = u64::from(self.epoch) * SEQ_ANEW;
-        }
-        self.seq[topic] += 1;
-        let (header, _) = Header::mut_from_prefix(payload).expect("every sample begins with a header");
-        header.layout = TOPICS[topic].layout;
-        header.source = self.id.code();
-        header.seq = self.seq[topic];
-        if let Some(frame) = frame {
-            self.outbox.keep(frame, topic, payload);
-        }
-        let stamps = self.stamps(payload);
-        self.corrupt_first(topic, frame, &stamps, payload)?;
-        self.link.publish(topic, &stamps, payload)?;
-        self.bytes_sent += payload.len() as u64;
-        let is_sensor = TOPICS[topic].delivery == Delivery::Source && topic != TICK.id;
-        if let Some(trace) = self.trace.as_mut().filter(|_| !is_sensor) {
-            trace.mark(Mark::Send, topic as u64, stamps.sent_ns, self.link.now_ns());
-        }
-        Ok(())
-    }
-
-    fn stamps(&self, payload: &[u8]) -> Stamps {
-        Stamps { epoch: self.epoch, crc32: telemetry::crc32(payload), sent_ns: self.link.now_ns() }
-    }
-
-    fn resend(&mut self) -> Result<(), RunError> {
-        let outbox = core::mem::take(&mut self.outbox);
-        for entry in outbox.entries() {
-            let payload = entry.payload();
-            let stamps = self.stamps(&payload);
-            self.link.publish(entry.topic, &stamps, &payload)?;
-        }
-        self.outbox = outbox;
-        Ok(())
-    }
-
-    fn checkpoint(&mut self) -> Result<(), RunError> {
-        let begin_ns = self.link.now_ns();
-        let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
-        if let Some(store) = &mut self.store {
-            self.state.clear();
-            self.partition.as_mut().expect("no work is away").save(&mut self.state)?;
-            let checkpoint = CheckpointParts {
-                frames: self.frames_done,
-                ended: self.finished,
-                given_up: &self.given_up,
-                seq: &self.seq,
-                cursors: self.inbox.cursors(),
-                outbox: Entries(&self.outbox),
-                state: &self.state,
-            };
-            if let (Some(fault), Some(hook)) = (torn, self.fault_hook) {
-                let permille = if let Fault::Tear { permille, .. } = fault { permille } else { HALF_PERMILLE };
-                store.save_torn(&checkpoint, permille)?;
-                hook(&fault);
-            }
-            store.save(&checkpoint)?;
-            if let Some(trace) = &mut self.trace {
-                trace.mark(Mark::Checkpoint, self.frames_done, begin_ns, self.link.now_ns());
-            }
-        }
-        self.frames_checkpointed = self.frames_done;
-        self.seq_checkpointed = self.seq;
-        self.progress_due = true;
-        Ok(())
-    }
-
-    fn report_progress(&mut self) -> Result<(), RunError> {
-        self.progress_due = false;
-        let mut progress = Progress {
-            header: Header::at(self.frames_done * self.period_ns),
-            partition: self.id.code().into(),
-            epoch: self.epoch,
-            cycles: self.cycles,
-            frames_processed: self.frames_done,
-            frames_checkpointed: self.frames_checkpointed,
-            out_seq: self.seq_checkpointed,
-        };
-        self.send(PROGRESS.id, progress.as_mut_bytes(), None)?;
-        if self.pacing.is_none() {
-            self.link.wake(PartitionId::SensorSim);
         }
         Ok(())
     }

@@ -10,7 +10,7 @@
 use crate::link::{Link, LinkError};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
-use iceoryx2::port::listener::Listener;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -134,7 +134,11 @@ impl ShmLink {
     pub fn wait(&self, timeout: Duration) -> Result<(), LinkError> {
         let fail = |reason: String| LinkError::Transport { topic: "wake", operation: "wait", reason };
         // A WaitSet of this one attachment would take memory at every wait.
-        self.listener.timed_wait(|_| {}, timeout).map(drop).map_err(|error| fail(text(error)))
+        match self.listener.timed_wait(|_| {}, timeout) {
+            // A stopped process that goes on is woken by the signal.
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(error) => Err(fail(text(error))),
+        }
     }
 
     /// Frees what dead processes of this run left.

@@ -16,7 +16,7 @@ use rustix::process::{
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -113,7 +113,7 @@ fn wrapping(kind: Kind) -> Vec<OsString> {
     words.iter().filter(|_| kind == Kind::Shm).map(OsString::from).collect()
 }
 
-fn left_behind(folder: &PathBuf, kind: Kind) -> u64 {
+fn left_behind(folder: &Path, kind: Kind) -> u64 {
     let prefix = RunDir::at(folder).prefix();
     let shared = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
     let ours = shared.filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix)).count() as u64;

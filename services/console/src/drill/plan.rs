@@ -145,7 +145,7 @@ impl Random {
 
     /// Uniform in 0..`limit` (bias below limit / 2^64).
     pub fn below(&mut self, limit: u64) -> u64 {
-        (u128::from(self.next()) * u128::from(limit) >> 64) as u64
+        ((u128::from(self.next()) * u128::from(limit)) >> 64) as u64
     }
 }
 
