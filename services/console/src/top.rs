@@ -153,7 +153,8 @@ impl Look {
             let rate = (frames(now) - old.map_or(0.0, frames)) / passed_s;
             let same = old.is_some_and(|old| old.pid == now.pid);
             let run_s = now.usage.run_s - old.filter(|_| same).map_or(0.0, |old| old.usage.run_s);
-            (*name, rate.max(0.0), 100.0 * run_s / passed_s)
+            // A process that has just died has no time any more.
+            (*name, rate.max(0.0), (100.0 * run_s / passed_s).max(0.0))
         };
         self.partitions.iter().map(of).collect()
     }

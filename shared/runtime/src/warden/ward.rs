@@ -16,8 +16,9 @@ use telemetry::PartitionId;
 const STARVED_SHARE: f64 = 1.0 / 3.0;
 /// Silent again within this time: the same want of a processor.
 const STARVED_AGAIN: Duration = Duration::from_secs(1);
-/// A loop without end on a busy computer waits for a processor most of the time, too.
-const STARVED_TIMES_MAX: u32 = 20;
+/// A loop without end on a busy computer waits for a processor most of the time, too: it is ended
+/// after half a minute of three beats each.
+const STARVED_TIMES_MAX: u32 = 200;
 
 /// Where a partition stands.
 pub(super) enum State {
