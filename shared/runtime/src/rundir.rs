@@ -74,7 +74,7 @@ impl RunDir {
     pub fn log(&self) -> PathBuf {
         self.0.join("log.jsonl")
     }
-    /// The newest frame and mode, as the supervisor told the warden.
+    /// The newest frame and mode, as the supervisor reported them.
     #[must_use]
     pub fn status(&self) -> PathBuf {
         self.0.join("status.json")

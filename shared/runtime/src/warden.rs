@@ -95,6 +95,8 @@ struct Warden<'a> {
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its
     /// own.
     supervisor_heard: Instant,
+    /// It has said something in its present life: before, it opens its services.
+    supervisor_spoke: bool,
     first_end: Option<Instant>,
     /// The run is over: partitions that still run have been ordered to end.
     ending: bool,
@@ -125,6 +127,7 @@ impl<'a> Warden<'a> {
             last_advance: Instant::now(),
             last_sweep: Instant::now(),
             supervisor_heard: Instant::now(),
+            supervisor_spoke: false,
             first_end: None,
             ending: false,
             window_frames: run.window_frames,
@@ -206,6 +209,9 @@ impl<'a> Warden<'a> {
             let pidfd = pidfd_open(pid, PidfdFlags::empty()).map_err(|error| fail(error.into()))?;
             if let Some(stdout) = &child.stdout {
                 rustix::fs::fcntl_setfl(stdout, rustix::fs::OFlags::NONBLOCK).map_err(|error| fail(error.into()))?;
+            }
+            if ward.id == PartitionId::Supervisor {
+                (self.supervisor_heard, self.supervisor_spoke) = (Instant::now(), false);
             }
             let (partition, epoch, number) = (ward.id.to_string(), ward.epoch, child.id());
             ward.state = State::Running { child, pidfd, since: Instant::now() };

@@ -21,8 +21,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A run that lasts longer is wedged: thirty times an undisturbed one.
-const WEDGED_AFTER: Duration = Duration::from_secs(60);
+/// A run that lasts longer is wedged. The warden's own stall limit is 180 s: it says first what is
+/// wrong.
+const WEDGED_AFTER: Duration = Duration::from_secs(200);
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Descriptors that a starved process may have: fewer than it has open.
 const DESCRIPTORS_LEFT: u64 = 8;

@@ -24,15 +24,15 @@ impl Warden<'_> {
         let Some(State::Running { child, .. }) = running.map(|ward| &mut ward.state) else { return };
         let Some(stdout) = &mut child.stdout else { return };
         for line in self.pipe.read(stdout) {
-            self.supervisor_heard = Instant::now();
+            (self.supervisor_heard, self.supervisor_spoke) = (Instant::now(), true);
             self.obey(&line);
         }
     }
 
     pub(super) fn end_supervisor_hang(&mut self) {
-        if !self.services_exist
-            || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.of(PartitionId::Supervisor).hang_ms)
-        {
+        let hang = Duration::from_millis(self.limits.of(PartitionId::Supervisor).hang_ms);
+        let limit = if self.supervisor_spoke { hang } else { hang.max(START_LIMIT) };
+        if !self.services_exist || self.supervisor_heard.elapsed() < limit {
             return;
         }
         let silent_ms = self.supervisor_heard.elapsed().as_secs_f64() * 1e3;

@@ -102,7 +102,7 @@ impl Ward {
         again
     }
 
-    /// Whether its process is silent for want of a processor: it waited for one for a good part of
+    /// Whether its process is silent for lack of a processor: it waited for one for a good part of
     /// the time since its last sign of life. Who computes, sleeps or is stopped is not starved.
     pub fn is_starved(&mut self, pid: u32, silent_ms: f64) -> bool {
         let before = core::mem::replace(&mut self.waited_s, Usage::of(pid).map_or(0.0, |usage| usage.wait_s));
