@@ -198,9 +198,10 @@ fn parse_slot(bytes: &[u8]) -> Option<(u64, &[u8])> {
     let (head, body) = bytes.split_at_checked(HEAD_BYTES)?;
     let word = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
     let half = |at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?));
+    // The length first: most cuts end there, and the generation is a hash over all topics.
     let whole = &head[..8] == MAGIC
-        && half(8)? == telemetry::generation()
         && word(20)? == body.len() as u64
+        && half(8)? == telemetry::generation()
         && half(28)? == checksum(&head[..28], body);
     whole.then_some((word(12)?, body))
 }
