@@ -7,6 +7,7 @@
 //! [`world`] is the only helper: start there.
 #![forbid(unsafe_code)]
 
+mod deaths;
 mod ended;
 mod give_up;
 mod hang;
@@ -16,6 +17,8 @@ mod limits;
 mod orderly_end;
 mod process;
 mod sabotage;
+mod scarcity;
+mod warden;
 mod world;
 
 use world::{World, undisturbed};

@@ -100,6 +100,13 @@ impl World {
         self.command(env!("CARGO_BIN_EXE_obsid")).args(arguments).output().unwrap()
     }
 
+    /// As [`World::obsid`] behind `ulimit LIMIT`.
+    pub fn limited(&self, limit: &str, arguments: &[&str]) -> Output {
+        let script = format!("ulimit {limit} && exec \"$@\"");
+        let mut command = self.command("sh");
+        command.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_obsid")]).args(arguments).output().unwrap()
+    }
+
     /// The short scenario in one thread.
     pub fn lockstep(&self, arguments: &[&str]) -> Ended {
         let output = self.obsid(&[&["run", SCENARIO, "--json", "--link", "lockstep"], arguments].concat());
@@ -221,6 +228,14 @@ impl Run<'_> {
     /// Until every partition has done frames and told so, once a second.
     pub fn wait_for_housekeeping(&mut self) {
         self.wait_until("housekeeping of all partitions", |run| (run.statistics().len() == 6).then_some(()));
+    }
+
+    /// Overwrites both checkpoints of `name`.
+    pub fn spoil_checkpoints(&self, name: &str) {
+        let folder = self.folder().expect("the run has begun").join("checkpoints");
+        for slot in [0, 1] {
+            std::fs::write(folder.join(format!("{name}.{slot}")), "spoilt").unwrap();
+        }
     }
 
     fn folder(&self) -> Option<PathBuf> {

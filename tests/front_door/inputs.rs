@@ -42,6 +42,9 @@ const COMMANDS: &[&str] = &[
     "digest FILE",
     "run FILE",
     "run --partitions FILE",
+    "drill FILE",
+    "budget FILE",
+    "budget --partitions FILE",
     "design bp1a --limits FILE --out design.toml",
 ];
 

@@ -36,7 +36,13 @@ const COMMANDS: &[&str] = &[
     "bench bp2-suspension --trials 1",
     "bench bp3b --trials 1",
     "bench dynamics",
+    "drill --kills 1 --faults kill --speed 40",
+    "latency --seconds 1",
+    "budget --seconds 3",
 ];
+
+/// Commands that need a run that flies: `fault_injection` tests what they print.
+const TESTED_ELSEWHERE: [&str; 1] = ["top"];
 
 /// A free decay of two channels.
 fn decay() -> String {
@@ -95,6 +101,7 @@ fn no_command_with_json_is_left_out_of_the_test() {
     }
     assert!(with_json.len() > 12, "{with_json:?}");
     let tested = |name: &String| COMMANDS.iter().any(|line| line == name || line.starts_with(&format!("{name} ")));
-    let missing: Vec<_> = with_json.iter().filter(|name| !tested(name)).collect();
+    let missing: Vec<_> =
+        with_json.iter().filter(|name| !tested(name) && !TESTED_ELSEWHERE.contains(&name.as_str())).collect();
     assert!(missing.is_empty(), "not tested: {missing:?}");
 }

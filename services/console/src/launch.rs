@@ -4,6 +4,7 @@ use crate::partition::PARTITIONS;
 use crate::progress::Progress;
 use crate::scenario_run::{Finished, LinkKind, ScenarioRun, frames_expected};
 use crate::scratch::Scratch;
+use crate::warden_process::{End, Heard, SILENCE, WardenProcess};
 use runtime::RunConfig;
 use runtime::lockstep::{self, Ending, LockstepBus};
 use runtime::rundir::purge_debris;
@@ -12,21 +13,13 @@ use runtime::statistics::PartitionRow;
 use runtime::warden::Report;
 use rustix::process::{Pid, Signal, kill_process};
 use signal_hook::iterator::Signals;
-use std::io::{BufRead, BufReader};
-use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// The frames of a turn in lockstep.
 const LOCKSTEP_CHUNK: u64 = 25;
 /// What the warden says too.
 const STOPPED: &str = "stopped by a signal";
-/// Time for a dead warden's children, which the kernel kills with it, to be gone.
-const ORPHANS_GRACE: Duration = Duration::from_millis(200);
-
-/// Rows as far as they are known, and why the run did not get to its end.
-type Ended = (Vec<PartitionRow>, Option<String>);
 
 /// What `signals` tells from here on until the end of the process is this module's business.
 ///
@@ -51,11 +44,12 @@ pub fn launch(
         LinkKind::Lockstep => in_lockstep(&run.config, &progress, scratch, signals),
     };
     progress.end();
-    let (rows, failure) = ended.unwrap_or_else(|failure| (Vec::new(), Some(failure)));
-    Finished { rows, wall_s: started.elapsed().as_secs_f64(), link, failure }
+    let failed = |failure| End { rows: Vec::new(), deaths: Vec::new(), failure: Some(failure) };
+    let End { rows, deaths, failure } = ended.unwrap_or_else(failed);
+    Finished { rows, deaths, wall_s: started.elapsed().as_secs_f64(), link, failure }
 }
 
-fn in_lockstep(run: &RunConfig, progress: &Progress, scratch: &Scratch, mut signals: Signals) -> Result<Ended, String> {
+fn in_lockstep(run: &RunConfig, progress: &Progress, scratch: &Scratch, mut signals: Signals) -> Result<End, String> {
     // No warden will.
     purge_debris(scratch.root());
     let bus = LockstepBus::default();
@@ -77,7 +71,7 @@ fn in_lockstep(run: &RunConfig, progress: &Progress, scratch: &Scratch, mut sign
         Ok(Ending::Stopped) => Some(STOPPED.to_string()),
         Err(error) => Some(error.to_string()),
     };
-    Ok((runners.iter().map(PartitionRow::of).collect(), failure))
+    Ok(End { rows: runners.iter().map(PartitionRow::of).collect(), deaths: Vec::new(), failure })
 }
 
 fn as_processes(
@@ -86,50 +80,38 @@ fn as_processes(
     progress: &Progress,
     scratch: &Scratch,
     signals: Signals,
-) -> Result<Ended, String> {
-    let io = |error: std::io::Error| format!("warden: {error}");
-    let config = scratch.leave_config(run).map_err(io)?;
-    let program = std::env::current_exe().map_err(io)?;
-    let mut command = Command::new(program);
-    command.args(["partition", "warden", "--config"]).arg(config).arg("--root").arg(scratch.root());
-    if let Some(images) = images {
-        command.arg("--images").arg(images);
-    }
-    // A group of its own: the terminal's Ctrl-C reaches the console, which asks the warden to end
-    // in order.
-    command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped());
-    let mut warden = command.spawn().map_err(io)?;
+) -> Result<End, String> {
+    let mut warden = WardenProcess::start(run, images, scratch, &[])?;
     // A signal that came before waits in `signals`.
-    forward(signals, Pid::from_child(&warden));
-    let reports = warden.stdout.take().ok_or("warden: no pipe")?;
-    let mut end = None;
-    for line in BufReader::new(reports).lines().map_while(Result::ok) {
-        if let Some(Report::End { ok, reason, partitions }) = show(&line, progress) {
-            end = Some((partitions, (!ok).then_some(reason)));
+    forward(signals, warden.pid());
+    loop {
+        match warden.next(SILENCE) {
+            Heard::Report(report) => show(&report, progress),
+            Heard::Closed => return Ok(warden.end(scratch)),
+            Heard::Nothing => {
+                if let Some(silent) = warden.silence() {
+                    progress.note(&format!("the warden has been silent for {:.1} s", silent.as_secs_f64()));
+                }
+            }
         }
     }
-    let status = warden.wait().map_err(io)?;
-    if let Some(end) = end {
-        return Ok(end);
-    }
-    std::thread::sleep(ORPHANS_GRACE);
-    purge_debris(scratch.root());
-    Err(format!("the warden ended without a result ({status})"))
 }
 
-fn show(line: &str, progress: &Progress) -> Option<Report> {
-    let report = serde_json::from_str(line).ok()?;
-    match &report {
-        Report::Started { .. } | Report::End { .. } => {}
+fn show(report: &Report, progress: &Progress) {
+    match report {
+        Report::Started { .. } | Report::End { .. } | Report::Beat { .. } | Report::Spawn { .. } => {}
         Report::Status { frame, mode } => progress.show(*frame, mode),
-        Report::Death { partition, pid, cause } => progress.note(&format!("{partition} (pid {pid}) died: {cause}")),
+        Report::Death { partition, pid, cause, .. } => progress.note(&format!("{partition} (pid {pid}) died: {cause}")),
         Report::Restart { partition, restarts } => {
             progress.note(&format!("{partition} restarted (restart {restarts})"))
         }
         Report::Hang { partition } => progress.note(&format!("{partition} hangs: its execution counter stands still")),
+        Report::Starved { partition } => progress.note(&format!("{partition} gets no processor: the computer is busy")),
+        Report::Stall { waits, since_s } => {
+            progress.note(&format!("no frame for {since_s:.1} s: {waits}; the services are made anew"))
+        }
         Report::GivenUp { partition } => progress.note(&format!("{partition} was given up")),
     }
-    Some(report)
 }
 
 /// Ctrl-C and SIGTERM are the warden's business.

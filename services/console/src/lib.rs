@@ -24,6 +24,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod budget;
 mod challenge;
 mod compare;
 mod completions;
@@ -31,14 +32,16 @@ mod design;
 mod diagnose;
 mod digest;
 mod doctor;
+mod drill;
 mod effects;
 mod effort;
 mod engine;
-
+mod flight;
 mod icd;
 mod identify;
 mod intake;
 mod interrupt;
+mod latency;
 mod launch;
 mod limits_file;
 mod located;
@@ -51,6 +54,7 @@ mod partition;
 mod phases;
 mod plant;
 mod plants;
+mod preflight;
 mod progress;
 mod recordings;
 mod replay;
@@ -60,8 +64,11 @@ mod scenario_run;
 mod scratch;
 mod simulate;
 mod table;
+mod top;
+mod trace_file;
 mod truth;
 mod visible;
+mod warden_process;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -102,6 +109,10 @@ const EXAMPLES: &str = "Examples:
   obsid run                                        the default scenario, as processes over shared memory
   obsid run deploy/scenarios/default.toml --json   another scenario, result as one JSON object
   obsid replay slab.csv.gz                         a recording through the partitions
+  obsid drill --kills 100                          faults into real runs: kills, hangs, corruption, full disks
+  obsid latency                                    the link beside what the machine itself costs
+  obsid budget                                     each partition in real time against its budget
+  obsid top                                        watch a run that flies
   obsid simulate study_case --out flight.mcap      what the sensors of a plant would say
   obsid plant describe study_case                  a plant on one page: masses, modes, base parameters
   obsid design bp1a --out arm.toml                 more informative joint motion, within the limits
@@ -130,6 +141,10 @@ const DESIGN_EXAMPLES: &str = "Examples:
 #[derive(Subcommand)]
 enum Command {
     Run(run::Arguments),
+    Drill(drill::Arguments),
+    Latency(latency::Arguments),
+    Budget(budget::Arguments),
+    Top(top::Arguments),
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(bench::Arguments),
     #[command(after_help = DESIGN_EXAMPLES)]
@@ -163,6 +178,10 @@ pub fn main() -> ExitCode {
     keep_messages_on_one_line();
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Drill(arguments) => drill::run(&arguments),
+        Command::Latency(arguments) => latency::run(&arguments),
+        Command::Budget(arguments) => budget::run(&arguments),
+        Command::Top(arguments) => top::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Design(arguments) => design::run(&arguments),

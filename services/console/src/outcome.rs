@@ -11,6 +11,7 @@ pub use losses::Loss;
 use physics::mated::OFF_AXIS_SIGMAS;
 use plant_file::scenario::ArmKnown;
 use recording::{McapRecorder, RecordedRun, RecordingError};
+use runtime::deaths::DeathRow;
 use runtime::statistics::PartitionRow;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -118,6 +119,10 @@ pub struct Outcome {
     /// What two estimates of one number say of each other.
     pub comparisons: Vec<ComparisonRow>,
     pub partitions: Vec<PartitionRow>,
+    /// Of processes, over all lives.
+    pub deaths: Vec<DeathRow>,
+    /// The file of `--record` is not whole.
+    pub recording_loss: Option<Loss>,
     /// None when nothing was recorded.
     pub digest: Option<String>,
     pub wall_s: f64,
@@ -131,11 +136,12 @@ impl Outcome {
     /// wrote.
     #[must_use]
     pub fn read(run: &ScenarioRun, finished: Finished, recorded: bool) -> Self {
-        let Finished { rows, wall_s, link, mut failure } = finished;
+        let Finished { rows, deaths, wall_s, link, mut failure } = finished;
         let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
         let (mut comparisons, mut digest) = (Vec::new(), None);
         let found = if recorded {
-            recorded_results(&run.config.record, failure.is_some()).map_err(|error| error.explain())
+            recorded_results(run.config.results.as_ref().unwrap_or(&run.config.record), failure.is_some())
+                .map_err(|error| error.explain())
         } else {
             Err("nothing was recorded".into())
         };
@@ -151,13 +157,26 @@ impl Outcome {
                 failure.get_or_insert(reason);
             }
         }
-        Outcome { modes, parameters, arm, comparisons, partitions: rows, digest, wall_s, link, failure }
+        let recording_loss = run.config.results.as_deref().and_then(Loss::of_recording);
+        Outcome {
+            modes,
+            parameters,
+            arm,
+            comparisons,
+            partitions: rows,
+            deaths,
+            recording_loss,
+            digest,
+            wall_s,
+            link,
+            failure,
+        }
     }
 
     /// What was to be delivered and was not; empty where the results are whole.
     #[must_use]
     pub fn losses(&self) -> Vec<Loss> {
-        Loss::all(&self.partitions)
+        Loss::all(&self.partitions).into_iter().chain(self.recording_loss.clone()).collect()
     }
 
     /// The object that `--json` prints.
@@ -177,6 +196,7 @@ impl Outcome {
             "estimates": { "inertial": of(Domain::Inertial), "slosh": of(Domain::Slosh), "modal": of(Domain::Modal) },
             "comparisons": self.comparisons.iter().map(comparison_json).collect::<Vec<_>>(),
             "partitions": self.partitions.iter().map(|row| self.partition_json(row)).collect::<Vec<_>>(),
+            "deaths": self.deaths.iter().map(death_json).collect::<Vec<_>>(),
             "digest": self.digest,
             "wall_s": self.wall_s,
         });
@@ -198,13 +218,21 @@ impl Outcome {
             "latency_us_p50": wire(row.latency_us_p50), "latency_us_p99": wire(row.latency_us_p99),
             "cpu_percent": wire(row.cpu_percent), "duplicates": row.duplicates, "bad": row.bad,
             "frames": row.frames, "frame_us_max": wire(row.frame_us_max), "cpu_s": wire(row.cpu_s),
+            "allocations_after_start": wire(row.allocations_after_start as f64),
         })
     }
 }
 
+fn death_json(death: &DeathRow) -> Value {
+    json!({
+        "partition": death.partition, "epoch": death.epoch, "cause": death.cause, "t_s": death.t_s,
+        "detect_ms": death.detect_ms, "recover_ms": death.recover_ms,
+    })
+}
+
 /// The results in the file and their identity. A recorder that was killed leaves a file without its
 /// end: of a run that `failed` the file is completed with what is readable.
-fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), RecordingError> {
+pub(crate) fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), RecordingError> {
     let recorded = recording::read_mcap_topics(path, telemetry::is_result).or_else(|error| {
         if !failed {
             return Err(error);

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
 use crate::scenario_run::{LinkKind, ScenarioRun};
 use crate::scratch::{ResultsFile, Scratch};
-use crate::{Failure, limits_file, scenario_file, table};
+use crate::{Failure, limits_file, preflight, scenario_file, table, trace_file};
 use plant_file::scenario::{Opened, Scenario};
 use runtime::RunConfig;
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
@@ -17,6 +17,7 @@ use telemetry::PartitionId;
 #[command(after_help = "Examples:
   obsid run                                    the default scenario
   obsid run --record flight.mcap               and keep every sample
+  obsid run --trace flight.json                and what every process did when, for ui.perfetto.dev
   obsid run --link lockstep --seed 7 --json    in one thread, another seed, result as JSON
   obsid run --speed 1                          in real time")]
 pub struct Arguments {
@@ -33,7 +34,7 @@ pub struct Arguments {
 }
 
 /// What `run` and `replay` have in common.
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 pub struct Common {
     /// What carries the samples
     #[arg(long, value_enum, default_value = "shm")]
@@ -41,6 +42,9 @@ pub struct Common {
     /// Write every sample to this MCAP file
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Write frames, sends, waits, modes and restarts to this file, which ui.perfetto.dev opens
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
     /// One JSON object on standard output, all else on standard error
     #[arg(long)]
     pub json: bool,
@@ -62,7 +66,7 @@ pub struct Common {
     /// Drill: a partition hangs, NAME@FRAME
     #[arg(long, hide = true, value_parser = hang)]
     hang: Vec<Fault>,
-    /// Drill: a damaged sample goes out in this frame
+    /// Drill: a damaged sample goes out in this frame, or of a topic from it on, FRAME[:TOPIC]
     #[arg(long, hide = true, value_parser = corrupt)]
     corrupt: Vec<Fault>,
     /// Drill: shorter limits, milliseconds until a hang is called one
@@ -127,8 +131,23 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     let scratch = Scratch::new()?;
     let results = ResultsFile::new(common.record.as_deref(), &scratch)?;
     run.config.record = results.path().to_path_buf();
+    if common.record.is_some() {
+        run.config.results = Some(scratch.file("results.mcap"));
+    }
+    if common.link == LinkKind::Shm {
+        preflight::check(scratch.root())?;
+    }
+    let traced = trace_folder(common, &scratch)?;
+    run.config.trace.clone_from(&traced);
     let finished = launch::launch(&run, common.link, common.images.as_deref(), &scratch, signals);
-    let outcome = Outcome::read(&run, finished, results.is_written());
+    if let (Some(folder), Some(file)) = (&traced, &common.trace) {
+        match trace_file::write(folder, &finished.deaths, file) {
+            Ok(events) => crate::tell(&format!("{events} events -> {}", file.display())),
+            Err(error) => crate::tell(&format!("{}: the trace cannot be written: {error}", file.display())),
+        }
+    }
+    let recorded = run.config.results.as_ref().map_or_else(|| results.is_written(), |path| path.exists());
+    let outcome = Outcome::read(&run, finished, recorded);
     let text = if common.json { format!("{}\n", outcome.json()) } else { table::outcome(&outcome) };
     crate::print(&text);
     let losses = outcome.losses();
@@ -137,6 +156,23 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
         None if losses.is_empty() => Ok(()),
         None => Err(Failure::Degraded(losses.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))),
     }
+}
+
+/// Where processes leave their markers; that the file can be written is found out before the run.
+fn trace_folder(common: &Common, scratch: &Scratch) -> Result<Option<PathBuf>, Failure> {
+    let Some(file) = &common.trace else { return Ok(None) };
+    let wrong = |what: String, cure: &'static str| Failure::Input(miette::miette!(help = cure, "{what}"));
+    if common.link == LinkKind::Lockstep {
+        return Err(wrong("--trace: in lockstep there are no processes to trace".into(), "use --link shm"));
+    }
+    let folder = scratch.file("trace");
+    std::fs::File::create(file)
+        .and_then(|_| std::fs::create_dir(&folder))
+        .map_err(|error| {
+            let cure = "--trace takes the path of a file, in a folder that exists and may be written to";
+            wrong(format!("{}: cannot be written: {error}", file.display()), cure)
+        })
+        .map(|()| Some(folder))
 }
 
 /// The run that the arguments describe; where its results go is found out last, by [`carry_out`].
@@ -164,6 +200,8 @@ pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> 
         replay,
         record: PathBuf::new(),
         record_all: common.record.is_some(),
+        trace: None,
+        results: None,
         speed: None,
         partitions,
         limits,
@@ -216,5 +254,8 @@ fn hang(text: &str) -> Result<Fault, String> {
 }
 
 fn corrupt(text: &str) -> Result<Fault, String> {
-    text.parse().map(|frame| Fault::Corrupt { frame }).map_err(|_| format!("'{text}' is not a frame number"))
+    let (frame, topic) = text.split_once(':').map_or((text, None), |(frame, topic)| (frame, Some(topic)));
+    let unknown = |name: &str| format!("no topic is called '{name}'; `obsid icd` lists them");
+    let topic = topic.map(|name| telemetry::topic_named(name).ok_or_else(|| unknown(name))).transpose()?;
+    frame.parse().map(|frame| Fault::Corrupt { frame, topic }).map_err(|_| format!("'{frame}' is not a frame number"))
 }

@@ -6,6 +6,8 @@ use std::path::Path;
 
 /// The scenario of `obsid run` without arguments.
 const DEFAULT: &str = include_str!("../../../deploy/scenarios/default.toml");
+/// What `obsid drill`, `latency` and `budget` fly: every mode in 40 s.
+const SHORT: &str = include_str!("../../../deploy/scenarios/short.toml");
 /// The scenario of a recording without one: nothing is known, nothing is needed.
 const NONE: &str = "format = 1\nname = \"no scenario\"\n";
 
@@ -28,6 +30,14 @@ pub fn read(path: &Path) -> Result<Opened, Failure> {
 /// Never in a build whose tests pass.
 pub fn default_scenario() -> Result<Opened, Failure> {
     open("deploy/scenarios/default.toml", DEFAULT, None)
+}
+
+/// The built-in scenario that reaches every mode soon.
+///
+/// # Errors
+/// Never in a build whose tests pass.
+pub fn short_scenario() -> Result<Opened, Failure> {
+    open("deploy/scenarios/short.toml", SHORT, None)
 }
 
 /// What a recording without a scenario is replayed with.

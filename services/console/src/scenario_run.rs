@@ -3,12 +3,14 @@
 use clap::ValueEnum;
 use plant_file::scenario::Scenario;
 use runtime::RunConfig;
+use runtime::deaths::DeathRow;
 use runtime::statistics::PartitionRow;
 
 /// What carries the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum LinkKind {
     /// Processes over shared memory.
+    #[default]
     Shm,
     /// One thread, partition after partition.
     Lockstep,
@@ -23,6 +25,8 @@ pub struct ScenarioRun {
 /// How a run went.
 pub struct Finished {
     pub rows: Vec<PartitionRow>,
+    /// Of its processes, over all lives.
+    pub deaths: Vec<DeathRow>,
     pub wall_s: f64,
     pub link: LinkKind,
     /// Why it did not get to its end.

@@ -36,9 +36,16 @@ impl Scratch {
     /// [`Failure::Input`] when there is no such place or nothing may be written to it.
     pub fn new() -> Result<Self, Failure> {
         let asked = std::env::var_os(VARIABLE).filter(|value| !value.is_empty());
-        let root = asked.map_or_else(|| PathBuf::from(DEFAULT_ROOT), PathBuf::from);
+        Scratch::at(&asked.map_or_else(|| PathBuf::from(DEFAULT_ROOT), PathBuf::from))
+    }
+
+    /// As [`Scratch::new`], below `root`.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] when nothing may be written there.
+    pub fn at(root: &Path) -> Result<Self, Failure> {
         let make = || -> std::io::Result<Self> {
-            let root = std::path::absolute(&root)?;
+            let root = std::path::absolute(root)?;
             let folder = make_folder(&root)?;
             let lock = File::create_new(folder.join(LOCK))?;
             flock(&lock, FlockOperation::NonBlockingLockShared)?;
@@ -52,6 +59,11 @@ impl Scratch {
                 root.display()
             ))
         })
+    }
+
+    /// A file of this process's own, gone with the scratch folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
     }
 
     /// Where runs make their folders.

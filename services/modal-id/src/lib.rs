@@ -92,6 +92,16 @@ pub struct ModalId {
     state: State,
     known: ModalKnown,
     replays: bool,
+    /// The estimate that the last frame left to be made.
+    due: Option<Due>,
+}
+
+/// An estimate to be made, and the frame that it is of.
+#[derive(Clone, Copy)]
+struct Due {
+    frame: u64,
+    t_ns: u64,
+    closing: bool,
 }
 
 /// Builds the partition of `run`.
@@ -105,6 +115,7 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         state: State::default(),
         known: scenario.modal.map(|modal| modal.known).unwrap_or_default(),
         replays: run.replay.as_ref().is_some_and(|replay| replay.identifies(Domain::Modal)),
+        due: None,
     }))
 }
 
@@ -117,7 +128,7 @@ impl Partition for ModalId {
         &[ACCELEROMETERS.id, ACTUATORS.id]
     }
 
-    fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
+    fn frame(&mut self, frame: &Frame<'_>, _out: &mut Outputs) {
         let mine: &[Experiment] =
             if self.replays { &[Experiment::Modal, Experiment::Replay] } else { &[Experiment::Modal] };
         match self.state.window.step(frame, mine) {
@@ -131,14 +142,26 @@ impl Partition for ModalId {
             Step::Go => {
                 self.take(frame);
                 if self.state.window.estimate_is_due(frame) {
-                    self.publish(frame, false, out);
+                    self.due = Some(Due { frame: frame.number, t_ns: frame.t_ns, closing: false });
                 }
             }
-            Step::Close => {
-                self.publish(frame, true, out);
-                // What is closed need not be carried from checkpoint to checkpoint.
-                self.state.identifier = None;
-            }
+            Step::Close => self.due = Some(Due { frame: frame.number, t_ns: frame.t_ns, closing: true }),
+        }
+    }
+
+    fn has_work(&self) -> bool {
+        self.due.is_some()
+    }
+
+    /// Factorisations of all rates: up to seconds.
+    fn work(&mut self, out: &mut Outputs) {
+        let Some(due) = self.due.take() else { return };
+        let mut sample = self.estimate(due.t_ns, due.closing);
+        sample.estimate.frame = due.frame;
+        out.publish(ESTIMATE_MODAL, &sample);
+        if due.closing {
+            // What is closed need not be carried from checkpoint to checkpoint.
+            self.state.identifier = None;
         }
     }
 
@@ -248,12 +271,6 @@ impl ModalId {
         } else {
             state.gate.push(row, identifier);
         }
-    }
-
-    fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
-        let mut sample = self.estimate(frame.t_ns, closing);
-        sample.estimate.frame = frame.number;
-        out.publish(ESTIMATE_MODAL, &sample);
     }
 
     fn estimate(&mut self, t_ns: u64, closing: bool) -> ModalEstimate {

@@ -1,6 +1,10 @@
 //! The `modal-id` partition as a binary of its own, for an on-board computer's image.
 use std::process::ExitCode;
 
+/// Housekeeping says what the loop allocates.
+#[global_allocator]
+static ALLOCATOR: runtime::sys::CountingAllocator = runtime::sys::CountingAllocator;
+
 fn main() -> ExitCode {
     runtime::process::main(telemetry::PartitionId::ModalId, modal_id::connect, env!("CARGO_PKG_VERSION"))
 }

@@ -50,7 +50,7 @@ impl Case {
     }
 
     fn run(&self, known: ModalKnown) -> ModalId {
-        let mut partition = ModalId { state: State::default(), known, replays: true };
+        let mut partition = ModalId { state: State::default(), known, replays: true, due: None };
         let mut amplitude = vec![0.2; self.modes.len()];
         for n in 0..(self.seconds * self.rate_hz) as u64 {
             let t_s = n as f64 / self.rate_hz;
@@ -145,7 +145,7 @@ fn a_record_without_an_answer_says_why() {
     let rest = Case { modes: Vec::new(), ..Case::new(1) };
     assert_eq!(status(&rest, &[]).0, 3);
     assert_eq!(status(&Case { excited: |_| true, torque_sigma_nm: 1e-3, ..Case::new(1) }, &[]).0, 6);
-    let mut flat = ModalId { state: State::default(), known: known(&[]), replays: true };
+    let mut flat = ModalId { state: State::default(), known: known(&[]), replays: true, due: None };
     for n in 0..400 {
         let mut batch = Accelerometers::zeroed_at(n * 5_000_000);
         (batch.count, batch.channels, batch.interval_ns) = (1, 2, 5_000_000);
@@ -195,7 +195,7 @@ fn modes_keep_their_numbers_from_answer_to_answer_over_a_restart_and_in_the_next
     }
     let mut bytes = Vec::new();
     partition.save(&mut bytes).unwrap();
-    let mut restored = ModalId { state: State::default(), known: known(&[]), replays: true };
+    let mut restored = ModalId { state: State::default(), known: known(&[]), replays: true, due: None };
     restored.restore(&bytes).unwrap();
     assert_eq!(identities(&restored.estimate(0, false)), [1, 2]);
     // Another record of the same structure shows one mode more, a third without the first.
@@ -248,7 +248,7 @@ fn rows_of_a_decay_take_no_memory_after_the_first() {
 
 #[test]
 fn rows_before_and_behind_a_blow_and_a_gap_take_no_memory_after_the_first() {
-    let mut partition = ModalId { state: State::default(), known: known(&[]), replays: true };
+    let mut partition = ModalId { state: State::default(), known: known(&[]), replays: true, due: None };
     let mut batch = Accelerometers::zeroed_at(0);
     (batch.count, batch.channels, batch.interval_ns) = (1, CHANNELS as u32, 5_000_000);
     let (mut before, mut t_ns) = (0, 0);

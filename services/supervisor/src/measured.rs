@@ -229,15 +229,16 @@ impl Measured {
         }
         let decays = self.decay.behind_excitation && !self.decay.forced;
         for batch in frame.samples(ACCELEROMETERS).iter().filter(|_| decays) {
-            let channels = mission.modal.channels_of((batch.channels as usize).min(ACCELEROMETERS_MAX));
-            if channels.is_empty() {
-                continue;
-            }
-            let modal = self.modal.get_or_insert_with(|| {
+            if self.modal.is_none() {
+                let channels = mission.modal.channels_of((batch.channels as usize).min(ACCELEROMETERS_MAX));
+                if channels.is_empty() {
+                    continue;
+                }
                 let mut modal = ModalHeldOut::new(HELD_OUT_ROWS, channels, mission.modal.accelerometer_sigma_m_s2);
                 modal.begin(held_out_window(window, mission.frame_period_s));
-                modal
-            });
+                self.modal = Some(modal);
+            }
+            let Some(modal) = &mut self.modal else { continue };
             let interval_s = batch.interval_ns as f64 * 1e-9;
             for (row, offset_ns) in batch.acceleration_m_s2.iter().zip(batch.offset_ns).take(batch.count as usize) {
                 let t_s = (batch.header.t_meas_ns + u64::from(offset_ns)) as f64 * 1e-9;

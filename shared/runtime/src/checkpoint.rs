@@ -5,7 +5,7 @@
 //! that does not check is as if it were not there.
 
 use crate::inbox::Cursors;
-use crate::outbox::Entry;
+use crate::outbox::{Entry, Outbox};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::Write;
@@ -32,6 +32,38 @@ pub struct Checkpoint {
     pub outbox: Vec<Entry>,
     /// The partition's own state.
     pub state: Vec<u8>,
+}
+
+/// A checkpoint as a partition writes it, without a copy of its parts; the bytes are those of a
+/// [`Checkpoint`].
+#[derive(Serialize)]
+pub struct CheckpointParts<'a> {
+    /// As [`Checkpoint::frames`].
+    pub frames: u64,
+    /// As [`Checkpoint::ended`].
+    pub ended: bool,
+    /// As [`Checkpoint::given_up`].
+    pub given_up: &'a [PartitionId],
+    /// As [`Checkpoint::seq`].
+    pub seq: &'a [u64; TOPICS_MAX],
+    /// As [`Checkpoint::cursors`].
+    pub cursors: Cursors,
+    /// As [`Checkpoint::outbox`].
+    pub outbox: Entries<'a>,
+    /// As [`Checkpoint::state`].
+    pub state: &'a [u8],
+}
+
+/// The entries of an outbox, in the order in which they were sent.
+pub struct Entries<'a>(pub &'a Outbox);
+
+impl Serialize for Entries<'_> {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeSeq;
+        let mut sequence = to.serialize_seq(Some(self.0.entries().count()))?;
+        self.0.entries().try_for_each(|entry| sequence.serialize_element(entry))?;
+        sequence.end()
+    }
 }
 
 /// Why a checkpoint could not be written.
@@ -61,6 +93,18 @@ impl Store {
         }
     }
 
+    /// Takes memory for checkpoints of so many bytes.
+    pub fn reserve(&mut self, bytes: usize) {
+        self.buffer.reserve(bytes);
+    }
+
+    /// Whether there is a slot, whole or not: a partition that restarts and finds none whole begins
+    /// anew.
+    #[must_use]
+    pub fn exists(&self) -> bool {
+        self.slots.iter().any(|path| path.exists())
+    }
+
     /// The newest checkpoint that is whole; later writes go on after its generation.
     ///
     /// # Errors
@@ -81,21 +125,22 @@ impl Store {
     ///
     /// # Errors
     /// When the file system refuses.
-    pub fn save(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
-        let path = self.encode(checkpoint)?;
-        self.write(&path, self.buffer.len())
+    pub fn save(&mut self, checkpoint: &impl Serialize) -> Result<(), CheckpointError> {
+        let slot = self.encode(checkpoint)?;
+        self.write(slot, self.buffer.len())
     }
 
-    /// Drill: writes the first half only.
+    /// Drill: writes so many thousandths only.
     ///
     /// # Errors
     /// When the file system refuses.
-    pub fn save_torn(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
-        let path = self.encode(checkpoint)?;
-        self.write(&path, self.buffer.len() / 2)
+    pub fn save_torn(&mut self, checkpoint: &impl Serialize, permille: u32) -> Result<(), CheckpointError> {
+        let slot = self.encode(checkpoint)?;
+        let bytes = self.buffer.len() as u64 * u64::from(permille.min(1000)) / 1000;
+        self.write(slot, bytes as usize)
     }
 
-    fn encode(&mut self, checkpoint: &Checkpoint) -> Result<PathBuf, CheckpointError> {
+    fn encode(&mut self, checkpoint: &impl Serialize) -> Result<usize, CheckpointError> {
         if self.generation == 0 {
             self.generation = self
                 .slots
@@ -106,7 +151,8 @@ impl Store {
                 .unwrap_or(0);
         }
         self.generation += 1;
-        let path = self.slots[(self.generation % 2) as usize].clone();
+        let slot = (self.generation % 2) as usize;
+        let path = &self.slots[slot];
         let fail = |error: postcard::Error| CheckpointError { path: path.clone(), reason: error.to_string() };
         let mut buffer = core::mem::take(&mut self.buffer);
         buffer.clear();
@@ -120,11 +166,12 @@ impl Store {
         let crc = checksum(&head[..28], body);
         head[28..32].copy_from_slice(&crc.to_le_bytes());
         self.buffer = buffer;
-        Ok(path)
+        Ok(slot)
     }
 
-    fn write(&self, path: &Path, bytes: usize) -> Result<(), CheckpointError> {
-        let fail = |error: std::io::Error| CheckpointError { path: path.to_path_buf(), reason: error.to_string() };
+    fn write(&self, slot: usize, bytes: usize) -> Result<(), CheckpointError> {
+        let path = &self.slots[slot];
+        let fail = |error: std::io::Error| CheckpointError { path: path.clone(), reason: error.to_string() };
         let mut file = fs::File::create(path).map_err(fail)?;
         file.write_all(&self.buffer[..bytes]).map_err(fail)
     }
@@ -135,17 +182,28 @@ fn checksum(head: &[u8], body: &[u8]) -> u32 {
     telemetry::crc32(body) ^ telemetry::crc32(head)
 }
 
+/// Whether the bytes of a slot are a whole checkpoint of this build.
+#[must_use]
+pub fn is_whole(slot: &[u8]) -> bool {
+    parse_slot(slot).is_some()
+}
+
 /// Generation and body of a slot that is whole and of this build.
 fn read_slot(path: &Path) -> Option<(u64, Vec<u8>)> {
     let bytes = fs::read(path).ok()?;
+    parse_slot(&bytes).map(|(generation, body)| (generation, body.to_vec()))
+}
+
+fn parse_slot(bytes: &[u8]) -> Option<(u64, &[u8])> {
     let (head, body) = bytes.split_at_checked(HEAD_BYTES)?;
     let word = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
     let half = |at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?));
+    // The length first: most cuts end there, and the generation is a hash over all topics.
     let whole = &head[..8] == MAGIC
-        && half(8)? == telemetry::generation()
         && word(20)? == body.len() as u64
+        && half(8)? == telemetry::generation()
         && half(28)? == checksum(&head[..28], body);
-    whole.then_some((word(12)?, body.to_vec()))
+    whole.then_some((word(12)?, body))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use telemetry::{Domain, PartitionId};
+use telemetry::{Domain, PartitionId, TopicId};
 
 /// Switches a safeguard off, to show that the tests detect its absence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,9 +64,13 @@ pub enum Fault {
     Hang { partition: PartitionId, frame: u64 },
     /// The partition ends itself with SIGKILL in every life, until it is given up.
     KillAlways { partition: PartitionId, frame: u64 },
-    /// The source sends a damaged copy of its first inertial sample of that frame before the good
-    /// one.
-    Corrupt { frame: u64 },
+    /// The partition ends itself with a segmentation fault in its first life.
+    Crash { partition: PartitionId, frame: u64 },
+    /// The partition ends itself with a checkpoint of which so many thousandths are written.
+    Tear { partition: PartitionId, frame: u64, permille: u32 },
+    /// A damaged copy goes out before the good sample: of every inertial sample of that frame, or
+    /// of the first one of `topic` from that frame on.
+    Corrupt { frame: u64, topic: Option<TopicId> },
 }
 
 /// A recording, and what can be identified from it.
@@ -108,8 +112,13 @@ pub struct RunConfig {
     pub replay: Option<ReplayConfig>,
     /// Where the recorder writes.
     pub record: PathBuf,
+    /// Where everything is recorded to `record`: results alone go here too, so that a full disk
+    /// costs the recording and not the run.
+    pub results: Option<PathBuf>,
     /// Everything is recorded, not only results.
     pub record_all: bool,
+    /// Folder in which every life of a partition leaves its markers.
+    pub trace: Option<PathBuf>,
     /// Bound on simulated over real time; `None`: as fast as the slowest partition.
     pub speed: Option<f64>,
     /// Pacing window W \[frames\].
@@ -155,6 +164,17 @@ pub struct PartitionLimits {
     pub back_off_ms: Vec<u64>,
     /// What becomes of the run once it is given up.
     pub given_up: GivenUp,
+    /// Budget, measured by `obsid budget`; what is not stated is not compared. The partition works
+    /// once in this time [ms] ...
+    pub period_ms: Option<f64>,
+    /// ... and takes at most so much of a processor [µs].
+    pub runtime_us: Option<f64>,
+    /// From the moment a frame is due until its outputs are sent \[ms\].
+    pub deadline_ms: Option<f64>,
+    /// Resident memory [MB].
+    pub memory_mb: Option<f64>,
+    /// Open descriptors.
+    pub descriptors: Option<u64>,
 }
 
 /// What becomes of a run that has lost a partition.
@@ -178,6 +198,11 @@ impl Limits {
             restarts_within_s: 60,
             back_off_ms: vec![0],
             given_up: GivenUp::GoOn,
+            period_ms: None,
+            runtime_us: None,
+            deadline_ms: None,
+            memory_mb: None,
+            descriptors: None,
         };
         Limits { format: 1, stall_s: 60, partitions: PartitionId::ALL.iter().map(row).collect() }
     }
@@ -189,6 +214,14 @@ impl Limits {
     #[must_use]
     pub fn of(&self, partition: PartitionId) -> &PartitionLimits {
         self.partitions.iter().find(|row| row.name == partition).expect("checked before the run")
+    }
+
+    /// Time in which a frame of `partition` is to be done \[ns\]; without a row or a deadline,
+    /// never missed.
+    #[must_use]
+    pub fn deadline_ns(&self, partition: PartitionId) -> u64 {
+        let row = self.partitions.iter().find(|row| row.name == partition);
+        row.and_then(|row| row.deadline_ms).map_or(u64::MAX, |deadline_ms| (deadline_ms * 1e6) as u64)
     }
 
     /// A partition of the run without a row.
@@ -247,6 +280,8 @@ pub(crate) mod tests {
             replay: None,
             record: "nowhere.mcap".into(),
             record_all: false,
+            results: None,
+            trace: None,
             speed: None,
             window_frames: 100,
             checkpoint_frames: 25,
@@ -295,7 +330,9 @@ pub(crate) mod tests {
                 Fault::Kill { partition: ModalId, frame: 3, point: KillPoint::Checkpoint },
                 Fault::Hang { partition: SloshId, frame: 4 },
                 Fault::KillAlways { partition: SloshId, frame: 5 },
-                Fault::Corrupt { frame: 6 },
+                Fault::Crash { partition: SloshId, frame: 5 },
+                Fault::Tear { partition: ModalId, frame: 5, permille: 999 },
+                Fault::Corrupt { frame: 6, topic: Some(3) },
             ],
             ..toy_run()
         };

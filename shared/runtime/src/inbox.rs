@@ -42,6 +42,12 @@ struct Arrival {
     slot: usize,
 }
 
+/// A producer that has lost its checkpoints numbers its samples from the next multiple on, so that
+/// nobody takes them for old ones. How many it lost is not known: the step counts as one.
+pub const SEQ_ANEW: u64 = 1 << 32;
+/// Samples of a topic in one frame, beyond the ten of its rate.
+const DUE_AT_ONCE: usize = 16;
+
 /// Arrivals of one topic that no frame has taken yet, and those of the current frame.
 struct Queue {
     topic: TopicId,
@@ -63,6 +69,8 @@ impl Queue {
     fn new(topic: TopicId) -> Self {
         let info = &TOPICS[topic];
         let stride = info.size / 8;
+        // All that waits may be due at once where a frame takes what has come.
+        let due = if info.delivery == Delivery::Status { info.depth } else { DUE_AT_ONCE };
         Queue {
             topic,
             stride,
@@ -74,8 +82,8 @@ impl Queue {
             seen: 0,
             seen_status: [(0, 0); PartitionId::COUNT],
             unreadable: 0,
-            due_words: Vec::with_capacity(stride * 16),
-            due_stamps: Vec::with_capacity(16),
+            due_words: Vec::with_capacity(stride * due),
+            due_stamps: Vec::with_capacity(due),
         }
     }
 
@@ -171,7 +179,8 @@ impl Inbox {
         }
         let delivery = TOPICS[topic].delivery;
         if delivery != Delivery::Status {
-            let missed = header.seq.saturating_sub(queue.seen.saturating_add(1));
+            let gap = header.seq.saturating_sub(queue.seen.saturating_add(1));
+            let missed = if header.seq >= SEQ_ANEW && gap >= SEQ_ANEW / 2 { 1 } else { gap };
             counters.lost = counters.lost.saturating_add(missed);
             queue.seen = queue.seen.max(header.seq);
             // What could not be read stood before this one; it must not stand for a number that is

@@ -42,6 +42,7 @@
 
 pub mod checkpoint;
 pub mod config;
+pub mod deaths;
 pub mod experiment;
 pub mod inbox;
 pub mod latency;
@@ -57,6 +58,8 @@ pub mod runner;
 pub mod shm;
 pub mod statistics;
 pub mod sys;
+pub mod trace;
+pub mod usage;
 pub mod warden;
 pub mod watch;
 

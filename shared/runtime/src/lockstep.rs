@@ -191,7 +191,7 @@ fn turn_all(
         for (index, runner) in runners.iter_mut().enumerate() {
             let turn = runner.turn(chunk(index))?;
             // Nobody watches for hangs here.
-            runner.take_heard();
+            runner.forget_heard();
             match turn {
                 Turn::Finished => finished += 1,
                 Turn::Worked(_) => worked = true,

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-use telemetry::{Delivery, MODE, TOPICS, TopicId};
+use telemetry::{Delivery, MODE, PartitionId, TOPICS, TopicId};
 
 /// One output; trailing zeros (unused rows of a batch, unused parameters) are not stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,13 @@ pub struct Outbox {
     modes: VecDeque<Entry>,
     recent: VecDeque<Entry>,
     window: u64,
+    /// By topic: memory of entries that were forgotten, for those to come.
+    spare: Vec<Vec<Vec<u8>>>,
 }
+
+/// Results of one topic within the time for which they are kept: they come 100 frames apart, a
+/// window has 100 at most, and an experiment closes between two of them.
+const RESULTS_KEPT: usize = 8;
 
 impl Outbox {
     /// Takes up the entries of a checkpoint, in the order in which they were sent; `window` is the
@@ -40,19 +46,57 @@ impl Outbox {
     #[must_use]
     pub fn from_entries(entries: Vec<Entry>, window: u64) -> Self {
         let (modes, recent): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.topic == MODE.id);
-        Outbox { modes: modes.into(), recent: recent.into(), window }
+        let spare = TOPICS.iter().map(|_| Vec::new()).collect();
+        Outbox { modes: modes.into(), recent: recent.into(), window, spare }
+    }
+
+    /// Takes the memory that outputs of `producer` will need, so that none is taken later.
+    pub fn reserve(&mut self, producer: PartitionId) {
+        let mut entries = 0;
+        for (topic, info) in TOPICS.iter().enumerate().filter(|(_, info)| info.producers == producer.text()) {
+            let count = match info.delivery {
+                Delivery::Source => info.per_frame * (self.window as usize + 2),
+                Delivery::Feedback if topic == MODE.id => info.depth + 1,
+                Delivery::Feedback => RESULTS_KEPT,
+                Delivery::Status => 0,
+            };
+            entries += count;
+            self.spare[topic].reserve(count);
+            while self.spare[topic].len() < count {
+                self.spare[topic].push(Vec::with_capacity(info.size));
+            }
+        }
+        self.recent.reserve(entries);
+        self.modes.reserve(TOPICS[MODE.id].depth + 1);
+    }
+
+    /// Bytes of all entries, about.
+    #[must_use]
+    pub fn reserved_bytes(&self) -> usize {
+        self.spare.iter().flatten().map(Vec::capacity).sum()
+    }
+
+    fn recycle(&mut self, entry: Entry) {
+        if let Some(spare) = self.spare.get_mut(entry.topic) {
+            spare.push(entry.trimmed);
+        }
     }
 
     /// Stores the payload that was sent on `topic` in `frame`. Of the modes the oldest is dropped
     /// once the topic's depth is reached.
     pub fn keep(&mut self, frame: u64, topic: TopicId, payload: &[u8]) {
         let used = payload.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
-        let entry = Entry { frame, topic, trimmed: payload[..used].to_vec() };
+        let mut trimmed = self.spare.get_mut(topic).and_then(Vec::pop).unwrap_or_default();
+        trimmed.clear();
+        trimmed.extend_from_slice(&payload[..used]);
+        let entry = Entry { frame, topic, trimmed };
         if topic != MODE.id {
             return self.recent.push_back(entry);
         }
-        if self.modes.len() == TOPICS[MODE.id].depth {
-            self.modes.pop_front();
+        if self.modes.len() == TOPICS[MODE.id].depth
+            && let Some(oldest) = self.modes.pop_front()
+        {
+            self.recycle(oldest);
         }
         self.modes.push_back(entry);
     }
@@ -60,7 +104,8 @@ impl Outbox {
     /// Drops entries that every consumer must have received when `frames_done` frames are done.
     pub fn forget_before(&mut self, frames_done: u64) {
         while self.recent.front().is_some_and(|oldest| oldest.frame + self.kept_frames(oldest.topic) < frames_done) {
-            self.recent.pop_front();
+            let oldest = self.recent.pop_front();
+            oldest.into_iter().for_each(|entry| self.recycle(entry));
         }
     }
 

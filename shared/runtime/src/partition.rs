@@ -68,6 +68,11 @@ impl Outputs {
         self.items.push((topic.id, start));
     }
 
+    /// Stands in where the outputs of a partition are elsewhere for a moment.
+    pub(crate) fn without_memory() -> Self {
+        Outputs { words: Vec::new(), items: Vec::new(), ended: false }
+    }
+
     /// Source only: this is the last frame.
     pub fn end(&mut self) {
         self.ended = true;
@@ -115,8 +120,9 @@ pub enum StateError {
     Other(String),
 }
 
-/// A partition: takes its memory where it is built ([`Connect`]), acts only in `frame`.
-pub trait Partition {
+/// A partition: takes its memory where it is built ([`Connect`]), acts only in `frame` and in the
+/// work that a frame leaves.
+pub trait Partition: Send {
     /// Its name in the topic table; the same in every life.
     fn id(&self) -> PartitionId;
     /// Topics it consumes; `TICK` and `MODE` need not be named. The consumers in the topic table do
@@ -124,6 +130,13 @@ pub trait Partition {
     fn inputs(&self) -> &'static [TopicId];
     /// The one place where estimator state changes.
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs);
+    /// Whether the last frame left work that takes longer than a frame (a factorisation).
+    fn has_work(&self) -> bool {
+        false
+    }
+    /// Does the work that the last frame left; what it publishes belongs to that frame. In a process
+    /// it runs on a thread of the runtime, and no frame begins before it is done.
+    fn work(&mut self, _out: &mut Outputs) {}
     /// Appends everything that a restart needs to `state`.
     ///
     /// # Errors

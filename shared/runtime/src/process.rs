@@ -6,9 +6,10 @@ use crate::link::{Link, LinkError};
 use crate::pacing::GIVEN_UP;
 use crate::partition::{Connect, ConnectError};
 use crate::rundir::RunDir;
-use crate::runner::{RunError, Runner, Turn};
+use crate::runner::{RunError, Runner, Timetable, Turn};
 use crate::shm::{Role, ShmLink};
 use crate::statistics::Statistics;
+use crate::trace::{Mark, Trace};
 use crate::watch::HangWatch;
 use crate::{RunConfig, sys};
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -17,13 +18,15 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use telemetry::{
-    COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Progress, Sample, TICK,
-};
+use telemetry::{COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Sample, TICK};
 
 /// Frames per turn: bounds the time between looks at signals and links.
 const FRAMES_PER_TURN: u64 = 25;
 const BEAT: Duration = Duration::from_millis(50);
+/// Between two looks whether the work beside the loop is done.
+const WORK_LOOK: Duration = Duration::from_millis(2);
+/// A wait of 0 would not let others run.
+const TIMER_MIN_NS: u64 = 10_000;
 const HOUSEKEEPING_EVERY: Duration = Duration::from_secs(1);
 
 /// Which life of a partition a process is, and what ended the one before.
@@ -125,8 +128,9 @@ struct Process<'a> {
     watch: Option<HangWatch>,
     finished: bool,
     others_done: Vec<PartitionId>,
-    started: Instant,
-    first_frame: u64,
+    timetable: Option<Timetable>,
+    is_back: bool,
+    told_anew: bool,
     last_beat: Instant,
     last_housekeeping: Instant,
 }
@@ -146,20 +150,30 @@ impl<'a> Process<'a> {
         inputs.extend([TICK.id, telemetry::MODE.id, PROGRESS.id, COMMAND.id]);
         let link = ShmLink::join(&dir.prefix(), &dir.iceoryx_root(), id, &inputs, role)?;
         let store = crate::checkpoint::Store::new(&dir.checkpoints(), id.text());
-        let runner = Runner::start(partition, link, run, life.epoch, Some(store))?.with_fault_hook(strike);
+        let mut runner = Runner::start(partition, link, run, life.epoch, Some(store))?.with_fault_hook(strike);
+        if let Some(folder) = &run.trace {
+            let mut trace = Trace::create(&crate::trace::path(folder, id, life.epoch))?;
+            let now_ns = sys::monotonic_ns();
+            trace.mark(Mark::Start, life.epoch.into(), now_ns, now_ns);
+            runner.trace_to(trace);
+        }
+        runner.work_beside();
+        let timetable = timetable(run, id, runner.frames_done());
+        timetable.into_iter().for_each(|table| runner.keep_time(table));
         if role == Role::Creates {
             std::fs::write(dir.ready(), "")?;
         }
         let mut process = Process {
-            first_frame: runner.frames_done(),
+            timetable,
+            is_back: life.epoch == 0,
+            told_anew: false,
             reported: runner.counters(),
             runner,
             run,
-            statistics: Statistics::new(dir.statistics(id), id, life),
+            statistics: Statistics::new(dir.statistics(id), life),
             watch: is_supervisor.then(|| HangWatch::new(run)),
             finished: false,
-            others_done: Vec::new(),
-            started: Instant::now(),
+            others_done: Vec::with_capacity(PartitionId::COUNT),
             last_beat: Instant::now(),
             last_housekeeping: Instant::now(),
         };
@@ -177,16 +191,14 @@ impl<'a> Process<'a> {
         let turn = self.runner.turn(self.frames_allowed())?;
         let ended_now = turn == Turn::Finished && !self.finished;
         self.finished = turn == Turn::Finished;
-        let heard = self.runner.take_heard();
-        self.note_finished(&heard);
+        self.note_finished();
         let mut given_up = Vec::new();
         if let Some(watch) = &mut self.watch {
-            for lost in watch.turn(&heard, self.runner.frames_done(), self.runner.mode_text()) {
-                self.runner.publish_status(COMMAND, &give_up(lost))?;
-                given_up.push(lost);
-            }
+            given_up = watch.turn(self.runner.heard(), self.runner.frames_done(), self.runner.mode_text());
         }
+        self.runner.forget_heard();
         for lost in given_up {
+            self.runner.publish_status(COMMAND, &give_up(lost))?;
             let figures = Event { given_up: lost.code().into(), ..Event::zeroed_at(0) };
             self.event(EventCode::GivenUp, Severity::Alarm, figures)?;
             self.runner.link_mut().bury_the_dead();
@@ -203,9 +215,33 @@ impl<'a> Process<'a> {
             self.last_housekeeping = Instant::now();
             self.housekeeping()?;
         }
+        if self.runner.began_anew() && !self.told_anew {
+            self.told_anew = true;
+            let (id, frame) = (self.runner.id(), self.runner.frames_done());
+            sys::tell(&format!(
+                "{id}: no checkpoint is whole: it begins anew at frame {frame}, what it knew is lost\n"
+            ));
+        }
+        if !self.is_back && self.runner.fresh_ns().is_some() {
+            // The warden reads from it how long a restart took.
+            self.is_back = true;
+            self.housekeeping()?;
+        }
         if !matches!(turn, Turn::Worked(_)) {
-            let timeout = self.time_to_next_frame();
-            self.runner.link_mut().wait(timeout)?;
+            self.wait()?;
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self) -> Result<(), ProcessError> {
+        let timeout = if self.runner.is_working() { WORK_LOOK } else { self.time_to_next_frame() };
+        let begin_ns = sys::monotonic_ns();
+        if let Some(trace) = self.runner.trace_mut() {
+            trace.flush();
+        }
+        self.runner.link_mut().wait(timeout)?;
+        if let Some(trace) = self.runner.trace_mut() {
+            trace.mark(Mark::Wait, 0, begin_ns, sys::monotonic_ns());
         }
         Ok(())
     }
@@ -225,18 +261,22 @@ impl<'a> Process<'a> {
         self.housekeeping()?;
         self.runner.beat()?;
         self.wake_everybody();
+        if let Some(trace) = self.runner.trace_mut() {
+            trace.flush();
+        }
         Ok(())
     }
 
-    fn note_finished(&mut self, heard: &[Progress]) {
+    fn note_finished(&mut self) {
         if !self.finished {
             // Frame counts of others can only be compared once our own last frame is known.
             self.others_done.clear();
         }
-        for progress in heard {
+        for progress in self.runner.heard() {
             let id = u16::try_from(progress.partition).ok().and_then(PartitionId::from_code);
-            if let Some(id) = id.filter(|_| self.finished && progress.frames_checkpointed >= self.runner.frames_done())
-            {
+            let is_new = |id: &PartitionId| !self.others_done.contains(id);
+            let is_done = self.finished && progress.frames_checkpointed >= self.runner.frames_done();
+            if let Some(id) = id.filter(|_| is_done).filter(is_new) {
                 self.others_done.push(id);
             }
         }
@@ -244,19 +284,19 @@ impl<'a> Process<'a> {
 
     /// `--speed`: a simulated source does not run ahead of N times real time.
     fn frames_allowed(&self) -> u64 {
-        let Some(speed) = self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) else {
-            return FRAMES_PER_TURN;
+        let due = |table: Timetable| {
+            let done = self.runner.frames_done().saturating_sub(table.first_frame);
+            table.frames_due(sys::monotonic_ns()).saturating_sub(done)
         };
-        let period_s = self.run.period_ns as f64 * 1e-9;
-        let due = (self.started.elapsed().as_secs_f64() * speed / period_s) as u64;
-        (self.first_frame + due).saturating_sub(self.runner.frames_done()).min(FRAMES_PER_TURN)
+        self.timetable.map_or(FRAMES_PER_TURN, due).min(FRAMES_PER_TURN)
     }
 
     fn time_to_next_frame(&self) -> Duration {
-        match self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) {
-            Some(speed) => BEAT.min(Duration::from_nanos((self.run.period_ns as f64 / speed) as u64)),
-            None => BEAT,
-        }
+        let until_due = |table: Timetable| {
+            let due_ns = table.due_ns(self.runner.frames_done());
+            Duration::from_nanos(due_ns.saturating_sub(sys::monotonic_ns()).max(TIMER_MIN_NS))
+        };
+        self.timetable.map_or(BEAT, until_due).min(BEAT)
     }
 
     fn wake_everybody(&mut self) {
@@ -298,13 +338,21 @@ impl<'a> Process<'a> {
     }
 }
 
+/// Of a source that follows the clock at `--speed`; it begins now with frame `first_frame`.
+fn timetable(run: &RunConfig, id: PartitionId, first_frame: u64) -> Option<Timetable> {
+    let speed = run.speed.filter(|_| id == PartitionId::SensorSim)?;
+    let interval_ns = (run.period_ns as f64 / speed) as u64;
+    Some(Timetable { begin_ns: sys::monotonic_ns(), first_frame, interval_ns })
+}
+
 fn give_up(lost: PartitionId) -> Command {
     Command { header: Header::at(0), id: u64::from(lost.code()), opcode: GIVEN_UP, argument: lost.code().into() }
 }
 
 fn strike(fault: &Fault) {
     match fault {
-        Fault::Kill { .. } | Fault::KillAlways { .. } => sys::kill_self(),
+        Fault::Kill { .. } | Fault::KillAlways { .. } | Fault::Tear { .. } => sys::kill_self(),
+        Fault::Crash { .. } => sys::crash_self(),
         Fault::Hang { .. } => sys::stop_self(),
         Fault::Corrupt { .. } => {}
     }
@@ -352,6 +400,8 @@ fn parse(arguments: &[String]) -> Result<(PathBuf, Life), String> {
 pub fn exit_code(id: PartitionId, result: Result<(), ProcessError>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        // The warden asked for it and says why.
+        Err(error @ ProcessError::Stopped) => ExitCode::from(error.exit_code() as u8),
         Err(error) => {
             // One write: six processes share the console's standard error.
             sys::tell(&format!("{id}: {error}\n"));

@@ -69,6 +69,17 @@ impl RunDir {
         self.0.join(format!("{partition}.stats.json"))
     }
 
+    /// The warden's reports, one JSON object a line.
+    #[must_use]
+    pub fn log(&self) -> PathBuf {
+        self.0.join("log.jsonl")
+    }
+    /// The newest frame and mode, as the supervisor reported them.
+    #[must_use]
+    pub fn status(&self) -> PathBuf {
+        self.0.join("status.json")
+    }
+
     /// Sockets lie in iceoryx2's root: `<prefix><up to 31 digits>.event`.
     fn check_length(&self) -> io::Result<()> {
         let bytes = self.iceoryx_root().as_os_str().len() + 1 + self.prefix().len() + 31 + ".event".len();
@@ -213,6 +224,22 @@ pub fn purge_debris(parent: &Path) -> usize {
         }
     }
     purged
+}
+
+/// Whether `folder` is one of a run whose warden lives.
+#[must_use]
+pub fn is_alive(folder: &Path) -> bool {
+    let lock = File::open(folder.join("lock"));
+    folder.join("run.json").exists()
+        && lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
+}
+
+/// The folder of the newest living run below `root`.
+#[must_use]
+pub fn living(root: &Path) -> Option<PathBuf> {
+    let folders = fs::read_dir(root).ok()?.flatten().map(|entry| entry.path());
+    let made = |path: &PathBuf| fs::metadata(path.join("run.json")).and_then(|file| file.modified()).ok();
+    folders.filter(|path| is_alive(path)).max_by_key(made)
 }
 
 #[cfg(test)]

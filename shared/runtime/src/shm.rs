@@ -1,4 +1,4 @@
-//! The shared-memory link over iceoryx2: zero-copy between processes, one node, one WaitSet per
+//! The shared-memory link over iceoryx2: zero-copy between processes, one node, one listener per
 //! process.
 //!
 //! Only the supervisor creates services, before any other partition starts: a process killed while
@@ -10,14 +10,14 @@
 use crate::link::{Link, LinkError};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
-use iceoryx2::port::listener::Listener;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{
-    AttributeSpecifier, CallbackProgression, FileName, MessagingPattern, Path as IoxPath, SemanticString, ServiceName,
-    SignalHandlingMode, WaitSet, WaitSetBuilder, ipc, set_log_level,
+    AttributeSpecifier, FileName, MessagingPattern, Path as IoxPath, SemanticString, ServiceName, SignalHandlingMode,
+    ipc, set_log_level,
 };
 use iceoryx2::service::Service as _;
 use iceoryx2::service::builder::event::EventOpenError;
@@ -91,7 +91,6 @@ pub struct ShmLink {
     listener: Listener<Service>,
     notifiers: Vec<Notifier<Service>>,
     _wakes: Vec<EventFactory<Service>>,
-    waitset: WaitSet<Service>,
     node: Node<Service>,
 }
 
@@ -125,27 +124,21 @@ impl ShmLink {
             .map(|wake| retry(&node, || wake.notifier_builder().create()))
             .collect::<Result<Vec<_>, _>>()
             .map_err(|reason| LinkError::Transport { topic: "wake", operation: "notifier", reason })?;
-        let waitset = WaitSetBuilder::new()
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<Service>()
-            .map_err(|error| LinkError::Node(text(error)))?;
-        Ok(ShmLink { ports, listener, notifiers, _wakes: wakes, waitset, node })
+        Ok(ShmLink { ports, listener, notifiers, _wakes: wakes, node })
     }
 
     /// Sleeps until somebody wakes this partition or `timeout` has passed.
     ///
     /// # Errors
-    /// When the WaitSet fails.
+    /// When the listener fails.
     pub fn wait(&self, timeout: Duration) -> Result<(), LinkError> {
         let fail = |reason: String| LinkError::Transport { topic: "wake", operation: "wait", reason };
-        let _guard = self.waitset.attach_notification(&self.listener).map_err(|error| fail(text(error)))?;
-        let on_event = |_| {
-            // Not draining the listener keeps the WaitSet awake at full load.
-            let _ = self.listener.try_wait(|_| {});
-            CallbackProgression::Continue
-        };
-        self.waitset.wait_and_process_once_with_timeout(on_event, timeout).map_err(|error| fail(text(error)))?;
-        Ok(())
+        // A WaitSet of this one attachment would take memory at every wait.
+        match self.listener.timed_wait(|_| {}, timeout) {
+            // A stopped process that goes on is woken by the signal.
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(error) => Err(fail(text(error))),
+        }
     }
 
     /// Frees what dead processes of this run left.

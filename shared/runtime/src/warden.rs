@@ -4,21 +4,31 @@
 //! One thread around one `poll`: pidfds of the children, the supervisor's pipe, a signal pipe. Its
 //! death ends its children; the next start removes the files that it left.
 
-use crate::config::{GivenUp, Limits, RunConfig};
+mod deaths;
+mod hangs;
+mod launcher;
+mod pipe;
+mod report;
+mod ward;
+
+pub use launcher::Launcher;
+pub use report::Report;
+
+use crate::config::{Limits, RunConfig};
+use crate::deaths::{Alertness, DeathLog};
 use crate::process::Life;
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
+use crate::sys::monotonic_ns;
+use pipe::LineBuffer;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::OwnedFd;
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
-use serde::{Deserialize, Serialize};
+use std::fs::File;
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use telemetry::PartitionId;
+use ward::{State, Ward};
 
 /// Exit code of a partition that had to end before its run was over.
 pub const EXIT_STOPPED: i32 = 6;
@@ -31,85 +41,15 @@ const TICK: Duration = Duration::from_millis(50);
 const END_GRACE: Duration = Duration::from_secs(5);
 /// A file that is empty for this long in shared memory has lost its maker.
 const STILLBORN_AGE: Duration = Duration::from_secs(1);
+/// A look at the processes' memory and processor times, and a sign of life to the console.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+const BEAT_EVERY: Duration = Duration::from_millis(500);
+/// No frame for so long: the services are made anew; then again after twice the time, and so on
+/// until the stall limit. The longest frame that is no fault takes half of it.
+const RENEW_AFTER: Duration = Duration::from_secs(5);
+/// Who was never heard may still be opening its services: up to 157 ms on a disk, more under load.
+const START_LIMIT: Duration = Duration::from_secs(5);
 const TERM_GRACE: Duration = Duration::from_secs(2);
-
-/// Reports of the warden to the process that started it, one line each.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(tag = "event", rename_all = "snake_case")]
-pub enum Report {
-    /// The run's folder exists; `purged` folders of dead runs were removed.
-    Started { folder: PathBuf, purged: usize },
-    /// Last frame of the supervisor and the state of the mode in effect.
-    Status { frame: u64, mode: String },
-    /// A process ended before its run was over; `cause` is its signal or exit code.
-    Death { partition: String, pid: u32, cause: String },
-    /// A partition runs again, for the `restarts`-th time.
-    Restart { partition: String, restarts: u32 },
-    /// A partition's execution counter stood still for its limit: it is killed.
-    Hang { partition: String },
-    /// A partition died too often: the run goes on without it or ends.
-    GivenUp { partition: String },
-    /// The run is over; `reason` says why where it is not `ok`.
-    End { ok: bool, reason: String, partitions: Vec<PartitionRow> },
-}
-
-/// How partitions are started.
-#[derive(Clone, Debug)]
-pub struct Launcher {
-    /// `program partition NAME --run FOLDER --epoch N --cause C` ...
-    pub program: PathBuf,
-    /// ... or, as in an on-board computer's image,
-    /// `images/obsid-NAME --run FOLDER --epoch N --cause C`.
-    pub images: Option<PathBuf>,
-}
-
-impl Launcher {
-    fn command(&self, id: PartitionId, folder: &std::path::Path, life: Life) -> Command {
-        let mut command = match &self.images {
-            Some(images) => Command::new(images.join(format!("obsid-{id}"))),
-            None => Command::new(&self.program),
-        };
-        if self.images.is_none() {
-            command.args(["partition", id.text()]);
-        }
-        let (epoch, cause, parent) = (life.epoch.to_string(), life.cause.to_string(), std::process::id().to_string());
-        command.arg("--run").arg(folder).args(["--epoch", &epoch, "--cause", &cause, "--parent", &parent]);
-        command.process_group(0);
-        match id {
-            PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
-            _ => command.stdin(Stdio::null()).stdout(Stdio::null()),
-        };
-        command
-    }
-}
-
-enum State {
-    Waiting { until: Instant },
-    Running { child: Child, pidfd: OwnedFd, since: Instant },
-    Done,
-    GivenUp,
-}
-
-/// When a partition died, and how far the run was.
-struct DeathMark {
-    at: Instant,
-    frame: u64,
-}
-
-struct Ward {
-    id: PartitionId,
-    state: State,
-    deaths: Vec<DeathMark>,
-    epoch: u32,
-    /// Of the last death, as in [`Life`].
-    cause: u32,
-}
-
-impl Ward {
-    fn is_over(&self) -> bool {
-        matches!(self.state, State::Done | State::GivenUp)
-    }
-}
 
 /// Runs `run` to its end, reporting on the way.
 ///
@@ -129,7 +69,7 @@ pub fn run(
     }
     let purged = crate::rundir::purge_debris(parent);
     let owned = OwnedRunDir::create(parent, run)?;
-    report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged });
+    report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged, t_ns: monotonic_ns() });
     let mut warden = Warden::new(run, owned, launcher.clone(), report);
     let verdict = warden.watch(&mut signals);
     warden.end_all();
@@ -137,8 +77,8 @@ pub fn run(
         Ok(()) => (true, String::new()),
         Err(reason) => (false, reason),
     };
-    let partitions = warden.rows();
-    (warden.report)(&Report::End { ok, reason, partitions });
+    let (partitions, deaths) = (warden.rows(), warden.deaths.rows().to_vec());
+    warden.tell(&Report::End { ok, reason, partitions, deaths });
     Ok(ok)
 }
 
@@ -155,36 +95,49 @@ struct Warden<'a> {
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its
     /// own.
     supervisor_heard: Instant,
+    /// It has said something in its present life: before, it opens its services.
+    supervisor_spoke: bool,
     first_end: Option<Instant>,
     /// The run is over: partitions that still run have been ordered to end.
     ending: bool,
     window_frames: u64,
+    started_ns: u64,
+    deaths: DeathLog,
+    alertness: Alertness,
+    /// Who waits for whom, as the supervisor last said.
+    waits: String,
+    renew_after: Duration,
+    last_look: Instant,
+    last_beat: Instant,
+    log: Option<File>,
     report: &'a mut dyn FnMut(&Report),
 }
 
 impl<'a> Warden<'a> {
     fn new(run: &'a RunConfig, owned: OwnedRunDir, launcher: Launcher, report: &'a mut dyn FnMut(&Report)) -> Self {
-        let ward = |&id: &PartitionId| Ward {
-            id,
-            state: State::Waiting { until: Instant::now() },
-            deaths: Vec::new(),
-            epoch: 0,
-            cause: 0,
-        };
         Warden {
             limits: &run.limits,
-            owned,
             launcher,
-            wards: run.partitions.iter().map(ward).collect(),
+            wards: run.partitions.iter().map(|&id| Ward::new(id)).collect(),
+            log: File::create(owned.dir().log()).ok(),
+            owned,
             services_exist: false,
             pipe: LineBuffer::default(),
             last_frame: 0,
             last_advance: Instant::now(),
             last_sweep: Instant::now(),
             supervisor_heard: Instant::now(),
+            supervisor_spoke: false,
             first_end: None,
             ending: false,
             window_frames: run.window_frames,
+            started_ns: monotonic_ns(),
+            deaths: DeathLog::default(),
+            alertness: Alertness::default(),
+            waits: String::new(),
+            renew_after: RENEW_AFTER,
+            last_look: Instant::now(),
+            last_beat: Instant::now(),
             report,
         }
     }
@@ -201,6 +154,7 @@ impl<'a> Warden<'a> {
             self.listen_to_supervisor();
             self.end_supervisor_hang();
             self.sweep();
+            self.look();
             if self.wards.iter().all(Ward::is_over) {
                 return Ok(());
             }
@@ -210,12 +164,29 @@ impl<'a> Warden<'a> {
                 self.signal_running(Signal::TERM);
                 self.first_end = Some(Instant::now());
             }
-            if self.last_advance.elapsed() > Duration::from_secs(self.limits.stall_s) {
-                return Err(format!(
-                    "no frame was processed for {} s (last: {})",
-                    self.limits.stall_s, self.last_frame
-                ));
-            }
+            self.end_stall()?;
+        }
+    }
+
+    /// To the console and to the run's own log.
+    fn tell(&mut self, report: &Report) {
+        if let (Some(log), Ok(line)) = (&mut self.log, serde_json::to_string(report))
+            && !matches!(report, Report::Status { .. } | Report::Beat { .. })
+        {
+            let _ = writeln!(log, "{line}");
+        }
+        (self.report)(report);
+    }
+
+    /// Figures of the processes, and a sign of life.
+    fn look(&mut self) {
+        if self.last_beat.elapsed() >= BEAT_EVERY {
+            self.last_beat = Instant::now();
+            self.tell(&Report::Beat { t_ns: monotonic_ns() });
+        }
+        if self.last_look.elapsed() >= LOOK_EVERY {
+            self.last_look = Instant::now();
+            self.wards.iter_mut().for_each(Ward::look);
         }
     }
 
@@ -234,20 +205,25 @@ impl<'a> Warden<'a> {
                 .command(ward.id, &folder, Life { epoch: ward.epoch, cause: ward.cause, parent: None })
                 .spawn()
                 .map_err(fail)?;
-            let pid = Pid::from_child(&child);
+            let (pid, t_ns) = (Pid::from_child(&child), monotonic_ns());
             let pidfd = pidfd_open(pid, PidfdFlags::empty()).map_err(|error| fail(error.into()))?;
             if let Some(stdout) = &child.stdout {
                 rustix::fs::fcntl_setfl(stdout, rustix::fs::OFlags::NONBLOCK).map_err(|error| fail(error.into()))?;
             }
+            if ward.id == PartitionId::Supervisor {
+                (self.supervisor_heard, self.supervisor_spoke) = (Instant::now(), false);
+            }
+            let (partition, epoch, number) = (ward.id.to_string(), ward.epoch, child.id());
             ward.state = State::Running { child, pidfd, since: Instant::now() };
-            if ward.epoch > 0 {
-                (self.report)(&Report::Restart { partition: ward.id.to_string(), restarts: ward.epoch });
+            self.tell(&Report::Spawn { partition: partition.clone(), pid: number, epoch, t_ns });
+            if epoch > 0 {
+                self.tell(&Report::Restart { partition, restarts: epoch });
             }
         }
         Ok(())
     }
 
-    fn sleep(&self, signals: &UnixStream) -> Result<(), String> {
+    fn sleep(&mut self, signals: &UnixStream) -> Result<(), String> {
         let mut fds = vec![PollFd::new(signals, PollFlags::IN)];
         for ward in &self.wards {
             if let State::Running { child, pidfd, .. } = &ward.state {
@@ -256,129 +232,12 @@ impl<'a> Warden<'a> {
             }
         }
         let timeout = Timespec { tv_sec: 0, tv_nsec: TICK.as_nanos() as i64 };
-        match poll(&mut fds, Some(&timeout)) {
+        self.alertness.sleeps();
+        let woken = poll(&mut fds, Some(&timeout));
+        self.alertness.wakes(monotonic_ns());
+        match woken {
             Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
             Err(error) => Err(format!("poll: {error}")),
-        }
-    }
-
-    fn bury(&mut self) -> Result<(), String> {
-        for index in 0..self.wards.len() {
-            let State::Running { child, .. } = &mut self.wards[index].state else { continue };
-            let pid = child.id();
-            let Some(status) =
-                child.try_wait().map_err(|error| format!("waiting for {}: {error}", self.wards[index].id))?
-            else {
-                continue;
-            };
-            let mut services_lost = status.code() == Some(EXIT_VANISHED);
-            if self.wards[index].id == PartitionId::Supervisor {
-                self.listen_to_supervisor();
-                self.pipe = LineBuffer::default();
-                services_lost |= !self.services_exist;
-            }
-            self.after_death(index, pid, status)?;
-            if services_lost {
-                self.renew_services()?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Takes everybody down and has the supervisor make the services anew; checkpoints and outboxes
-    /// carry the run over.
-    ///
-    /// Services vanish with the last process that holds them (who starts holds none yet), and one
-    /// whose maker dies half-way bricks its name. Whoever had ended in order starts again too: its
-    /// samples went with the services.
-    fn renew_services(&mut self) -> Result<(), String> {
-        for ward in &mut self.wards {
-            match &mut ward.state {
-                State::Waiting { .. } | State::GivenUp => continue,
-                State::Done => {}
-                State::Running { child, .. } => {
-                    let _ = child.kill();
-                    let _ = child.wait();
-                    ward.cause = Signal::KILL.as_raw() as u32;
-                    let cause = "taken down, services have vanished".into();
-                    (self.report)(&Report::Death { partition: ward.id.to_string(), pid: child.id(), cause });
-                }
-            }
-            // No death of its own: it does not count towards giving it up.
-            ward.epoch += 1;
-            ward.state = State::Waiting { until: Instant::now() };
-        }
-        (self.services_exist, self.first_end) = (false, None);
-        self.pipe = LineBuffer::default();
-        self.owned.clear_services().map_err(|error| format!("services cannot be removed: {error}"))
-    }
-
-    fn after_death(&mut self, index: usize, pid: u32, status: ExitStatus) -> Result<(), String> {
-        let ward = &mut self.wards[index];
-        let ends_on_order = self.ending && status.code() == Some(EXIT_STOPPED);
-        if status.success() || ends_on_order {
-            ward.state = State::Done;
-            self.first_end.get_or_insert_with(Instant::now);
-            return Ok(());
-        }
-        ward.cause = status.signal().or(status.code().map(|code| 256 + code)).unwrap_or(0) as u32;
-        let cause = match (status.code(), status.signal()) {
-            (Some(code), _) => format!("exit code {code}"),
-            (None, Some(signal)) => format!("signal {signal}"),
-            (None, None) => "unknown".into(),
-        };
-        (self.report)(&Report::Death { partition: ward.id.to_string(), pid, cause: cause.clone() });
-        if status.code() == Some(EXIT_FINAL) {
-            return Err(format!("{} cannot run: see its message", ward.id));
-        }
-        let limits = self.limits.of(ward.id);
-        let window = Duration::from_secs(limits.restarts_within_s);
-        // Deaths count together while they are recent, or while nothing has moved on between them
-        // (a slow loop).
-        let (frame, reach) = (self.last_frame, 2 * self.window_frames);
-        ward.deaths.retain(|death| death.at.elapsed() < window || death.frame + reach > frame);
-        ward.deaths.push(DeathMark { at: Instant::now(), frame });
-        if ward.deaths.len() as u32 > limits.restarts_max {
-            return self.give_up(index);
-        }
-        let back_off = &limits.back_off_ms;
-        let wait_ms = back_off.get(ward.deaths.len() - 1).or(back_off.last()).copied().unwrap_or(0);
-        ward.epoch += 1;
-        self.supervisor_heard = Instant::now();
-        ward.state = State::Waiting { until: Instant::now() + Duration::from_millis(wait_ms) };
-        Ok(())
-    }
-
-    fn give_up(&mut self, index: usize) -> Result<(), String> {
-        let id = self.wards[index].id;
-        self.wards[index].state = State::GivenUp;
-        (self.report)(&Report::GivenUp { partition: id.to_string() });
-        let limits = self.limits.of(id);
-        if limits.given_up == GivenUp::EndRun {
-            return Err(format!("{id} was given up after {} deaths", limits.restarts_max + 1));
-        }
-        self.tell_supervisor(&format!("LOST {id}"));
-        Ok(())
-    }
-
-    fn tell_supervisor(&mut self, line: &str) {
-        for ward in &mut self.wards {
-            if let (PartitionId::Supervisor, State::Running { child, .. }) = (ward.id, &mut ward.state)
-                && let Some(stdin) = &mut child.stdin
-            {
-                // A dying supervisor receives the order again after its restart.
-                let _ = writeln!(stdin, "{line}");
-            }
-        }
-    }
-
-    fn listen_to_supervisor(&mut self) {
-        let running = self.wards.iter_mut().find(|ward| ward.id == PartitionId::Supervisor);
-        let Some(State::Running { child, .. }) = running.map(|ward| &mut ward.state) else { return };
-        let Some(stdout) = &mut child.stdout else { return };
-        for line in self.pipe.read(stdout) {
-            self.supervisor_heard = Instant::now();
-            self.obey(&line);
         }
     }
 
@@ -389,61 +248,6 @@ impl<'a> Warden<'a> {
         if somebody_died && self.last_sweep.elapsed() >= STILLBORN_AGE {
             self.last_sweep = Instant::now();
             self.owned.remove_stillborn(STILLBORN_AGE);
-        }
-    }
-
-    fn end_supervisor_hang(&mut self) {
-        if !self.services_exist
-            || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.of(PartitionId::Supervisor).hang_ms)
-        {
-            return;
-        }
-        self.supervisor_heard = Instant::now();
-        let epoch = self.wards.iter().find(|ward| ward.id == PartitionId::Supervisor).map_or(0, |ward| ward.epoch);
-        self.end_hang(PartitionId::Supervisor.text(), &epoch.to_string());
-    }
-
-    fn obey(&mut self, line: &str) {
-        let words: Vec<&str> = line.split(' ').collect();
-        match words[..] {
-            ["READY"] => {
-                self.services_exist = true;
-                let lost: Vec<_> =
-                    self.wards.iter().filter(|w| matches!(w.state, State::GivenUp)).map(|w| w.id).collect();
-                for id in lost {
-                    self.tell_supervisor(&format!("LOST {id}"));
-                }
-            }
-            ["STATUS", frame, mode] => {
-                let frame = frame.parse().unwrap_or(self.last_frame);
-                if frame > self.last_frame {
-                    self.last_frame = frame;
-                    self.last_advance = Instant::now();
-                }
-                (self.report)(&Report::Status { frame, mode: mode.into() });
-            }
-            ["HANG", name, epoch] => self.end_hang(name, epoch),
-            ["SILENT", name] => self.end_silence(name),
-            _ => tracing::warn!(line, "the supervisor said something unknown"),
-        }
-    }
-
-    /// A supervisor that has come back never hears who hung before: a hang, unless that one has
-    /// just been started.
-    fn end_silence(&mut self, name: &str) {
-        let Some(ward) = self.wards.iter().find(|ward| ward.id.text() == name) else { return };
-        let limit = Duration::from_millis(self.limits.of(ward.id).hang_ms);
-        let epoch = ward.epoch.to_string();
-        if matches!(ward.state, State::Running { since, .. } if since.elapsed() >= limit) {
-            self.end_hang(name, &epoch);
-        }
-    }
-
-    fn end_hang(&mut self, name: &str, epoch: &str) {
-        let hung = self.wards.iter().find(|ward| ward.id.text() == name && ward.epoch.to_string() == epoch);
-        if let Some(State::Running { child, .. }) = hung.map(|ward| &ward.state) {
-            (self.report)(&Report::Hang { partition: name.into() });
-            let _ = kill_process(Pid::from_child(child), Signal::KILL);
         }
     }
 
@@ -464,40 +268,18 @@ impl<'a> Warden<'a> {
             let grace = Timespec { tv_sec: TERM_GRACE.as_secs() as i64, tv_nsec: 0 };
             let _ = poll(&mut [PollFd::new(&*pidfd, PollFlags::IN)], Some(&grace));
             let _ = child.kill();
-            let _ = child.wait();
-            ward.state = State::Done;
+            ward.look();
+            if let State::Running { child, .. } = &mut ward.state {
+                let _ = child.wait();
+            }
+            ward.close_life(self.owned.dir(), &mut self.deaths);
+            if !matches!(ward.state, State::GivenUp) {
+                ward.state = State::Done;
+            }
         }
     }
 
     fn rows(&self) -> Vec<PartitionRow> {
-        let read = |ward: &Ward| {
-            let text = std::fs::read_to_string(self.owned.dir().statistics(ward.id)).ok();
-            let row: Option<PartitionRow> = text.and_then(|text| serde_json::from_str(&text).ok());
-            let given_up = matches!(ward.state, State::GivenUp);
-            PartitionRow { name: ward.id.to_string(), restarts: ward.epoch, given_up, ..row.unwrap_or_default() }
-        };
-        self.wards.iter().map(read).collect()
-    }
-}
-
-/// Whole lines from a pipe that does not block.
-#[derive(Default)]
-struct LineBuffer(Vec<u8>);
-
-impl LineBuffer {
-    fn read(&mut self, pipe: &mut impl Read) -> Vec<String> {
-        let mut chunk = [0; 4096];
-        while let Ok(count) = pipe.read(&mut chunk) {
-            if count == 0 {
-                break;
-            }
-            self.0.extend_from_slice(&chunk[..count]);
-        }
-        let mut lines = Vec::new();
-        while let Some(end) = self.0.iter().position(|&byte| byte == b'\n') {
-            let line: Vec<u8> = self.0.drain(..=end).collect();
-            lines.push(String::from_utf8_lossy(&line[..end]).into_owned());
-        }
-        lines
+        self.wards.iter().map(Ward::row).collect()
     }
 }

@@ -1,18 +1,27 @@
 //! The supervisor's process as health monitor: hangs by execution counter, and its pipe to the
 //! warden.
 //!
-//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition epoch`,
-//! `SILENT partition` (never heard). Lines from it (standard input): `LOST partition`. Wall-clock
+//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition epoch
+//! silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`. Lines from it (standard input): `LOST partition`,
+//! `STARVED partition` (no hang: it got no processor). Wall-clock
 //! only: nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
 use crate::sys::LineWriter;
 use crossbeam::channel::{Receiver, unbounded};
+use std::fmt::Write;
 use std::io::BufRead;
 use std::time::{Duration, Instant};
 use telemetry::{PartitionId, Progress};
 
-const STATUS_EVERY: Duration = Duration::from_millis(100);
+/// Less than a beat, so that every waking says something: three missed ones are the supervisor's
+/// own hang.
+const STATUS_EVERY: Duration = Duration::from_millis(40);
+/// No partition did a frame for so long: who waits for whom is said, and again each time.
+const STILL: Duration = Duration::from_secs(1);
+
+/// Of a line to the warden.
+const LINE_BYTES: usize = 512;
 
 struct Pulse {
     id: PartitionId,
@@ -23,12 +32,17 @@ struct Pulse {
     heard: bool,
     lost: bool,
     limit: Duration,
+    frames: u64,
+    checkpointed: u64,
 }
 
 /// Watches the execution counters of all partitions.
 pub struct HangWatch {
     pulses: Vec<Pulse>,
     last_status: Instant,
+    /// When a partition last did a frame, or its standing still was last said.
+    moved: Instant,
+    line: String,
     orders: Receiver<String>,
     pipe: LineWriter,
 }
@@ -57,9 +71,18 @@ impl HangWatch {
             heard: false,
             lost: false,
             limit: Duration::from_millis(run.limits.of(id).hang_ms),
+            frames: 0,
+            checkpointed: 0,
         };
         let others = run.partitions.iter().filter(|id| **id != PartitionId::Supervisor);
-        HangWatch { pulses: others.map(pulse).collect(), last_status: now, orders, pipe: LineWriter::default() }
+        HangWatch {
+            pulses: others.map(pulse).collect(),
+            last_status: now,
+            moved: now,
+            line: String::with_capacity(LINE_BYTES),
+            orders,
+            pipe: LineWriter::default(),
+        }
     }
 
     /// Reports to the warden that all services exist, so that it starts the other partitions.
@@ -79,7 +102,8 @@ impl HangWatch {
             }
             if pulse.heard {
                 pulse.reported = true;
-                self.pipe.say(&format!("HANG {} {}", pulse.id, pulse.epoch), false);
+                let silent_ms = pulse.changed.elapsed().as_secs_f64() * 1e3;
+                self.pipe.say(&format!("HANG {} {} {silent_ms:.1}", pulse.id, pulse.epoch), false);
             } else {
                 // Starting, or hanging since before this supervisor came: the warden knows how long
                 // it has lived.
@@ -89,20 +113,58 @@ impl HangWatch {
         }
         if self.last_status.elapsed() >= STATUS_EVERY {
             self.last_status = Instant::now();
-            self.pipe.say(&format!("STATUS {frame} {mode}"), true);
+            self.line.clear();
+            let _ = write!(self.line, "STATUS {frame} {mode}");
+            self.pipe.say(&self.line, true);
         }
-        let lost: Vec<PartitionId> =
-            self.orders.try_iter().filter_map(|line| PartitionId::named(line.strip_prefix("LOST ")?)).collect();
+        if self.moved.elapsed() >= STILL {
+            self.moved = Instant::now();
+            self.pipe.say(&self.who_waits(frame), true);
+        }
+        let mut lost = Vec::new();
+        for line in self.orders.try_iter() {
+            lost.extend(line.strip_prefix("LOST ").and_then(PartitionId::named));
+            let starved = line.strip_prefix("STARVED ").and_then(PartitionId::named);
+            for pulse in self.pulses.iter_mut().filter(|pulse| Some(pulse.id) == starved) {
+                (pulse.reported, pulse.changed) = (false, Instant::now());
+            }
+        }
         for pulse in &mut self.pulses {
             pulse.lost |= lost.contains(&pulse.id);
         }
         lost
     }
 
+    /// The source waits for the slowest checkpoint, everybody behind the source for its samples.
+    fn who_waits(&self, own_frame: u64) -> String {
+        let source = self.pulses.iter().find(|pulse| pulse.id == PartitionId::SensorSim);
+        let opened = source.map_or(own_frame, |pulse| pulse.frames);
+        let others = || self.pulses.iter().filter(|pulse| pulse.id != PartitionId::SensorSim && !pulse.lost);
+        let mut text = "WAITS".to_string();
+        if let Some(slowest) = others().min_by_key(|pulse| pulse.checkpointed) {
+            let _ = write!(
+                text,
+                " sensor-sim at frame {opened} waits for {}, checkpointed to frame {}",
+                slowest.id, slowest.checkpointed
+            );
+        }
+        for behind in others().filter(|pulse| pulse.frames < opened) {
+            let _ = write!(text, "; {} at frame {} waits for samples", behind.id, behind.frames);
+        }
+        if own_frame < opened {
+            let _ = write!(text, "; supervisor at frame {own_frame} waits for samples");
+        }
+        text
+    }
+
     fn hear(&mut self, progress: &Progress) {
         let Some(pulse) = self.pulses.iter_mut().find(|pulse| u32::from(pulse.id.code()) == progress.partition) else {
             return;
         };
+        if progress.frames_processed != pulse.frames {
+            self.moved = Instant::now();
+        }
+        (pulse.frames, pulse.checkpointed) = (progress.frames_processed, progress.frames_checkpointed);
         if (progress.epoch, progress.cycles) > (pulse.epoch, pulse.cycles) || !pulse.heard {
             pulse.reported &= progress.epoch == pulse.epoch;
             (pulse.epoch, pulse.cycles, pulse.heard, pulse.changed) =
@@ -164,6 +226,31 @@ mod tests {
         assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 501)]), [], "an old life says nothing");
         be_patient(&mut watch, Duration::ZERO);
         assert_eq!(reported(&mut watch, &[]), [InertialId]);
+    }
+
+    #[test]
+    fn who_got_no_processor_is_reported_again_when_it_stays_silent() {
+        let mut watch = watch();
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 5)]), [InertialId]);
+        let (sender, orders) = crossbeam::channel::unbounded();
+        watch.orders = orders;
+        sender.send("STARVED inertial-id".into()).unwrap();
+        be_patient(&mut watch, Duration::from_secs(3600));
+        assert_eq!(reported(&mut watch, &[]), []);
+        be_patient(&mut watch, Duration::ZERO);
+        assert_eq!(reported(&mut watch, &[]), [InertialId]);
+    }
+
+    #[test]
+    fn a_run_that_stands_still_says_who_waits_for_whom() {
+        let mut watch = watch();
+        watch.hear(&Progress { frames_processed: 130, ..beat(SensorSim, 0, 1) });
+        watch.hear(&Progress { frames_processed: 40, frames_checkpointed: 30, ..beat(InertialId, 0, 1) });
+        assert_eq!(
+            watch.who_waits(130),
+            "WAITS sensor-sim at frame 130 waits for inertial-id, checkpointed to frame 30; \
+             inertial-id at frame 40 waits for samples"
+        );
     }
 
     #[test]

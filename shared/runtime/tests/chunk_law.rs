@@ -18,12 +18,11 @@ use runtime::lockstep::{LockstepBus, LockstepLink};
 use runtime::runner::{RunError, Runner, Turn};
 use runtime::{Frame, Outputs, Partition, RunConfig, StateError, restore_state, save_state};
 use splitmix64::splitmix64;
-use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
-use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use telemetry::PartitionId::{InertialId, Recorder, SensorSim, SloshId, Supervisor};
 use telemetry::{
     ACCELEROMETERS, Accelerometers, ESTIMATE_INERTIAL, ESTIMATE_SLOSH, Estimate, IMU, Imu, InertialEstimate, JOINTS,
@@ -173,7 +172,7 @@ type Stream = Vec<(u64, TopicId, u64, u64, Vec<u8>)>;
 
 /// Keeps every result; its checkpoint holds all of them.
 struct Collector {
-    stream: Rc<RefCell<Stream>>,
+    stream: Arc<Mutex<Stream>>,
 }
 
 impl Partition for Collector {
@@ -187,15 +186,15 @@ impl Partition for Collector {
         for &topic in self.inputs() {
             for (_, payload) in frame.raw(topic) {
                 let word = |at: usize| u64::from_le_bytes(payload[at..at + 8].try_into().unwrap());
-                self.stream.borrow_mut().push((frame.number, topic, word(8), word(16), payload.to_vec()));
+                self.stream.lock().unwrap().push((frame.number, topic, word(8), word(16), payload.to_vec()));
             }
         }
     }
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
-        save_state(&*self.stream.borrow(), state)
+        save_state(&*self.stream.lock().unwrap(), state)
     }
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
-        *self.stream.borrow_mut() = restore_state(state)?;
+        *self.stream.lock().unwrap() = restore_state(state)?;
         Ok(())
     }
 }
@@ -204,7 +203,7 @@ impl Partition for Collector {
 struct World {
     bus: LockstepBus,
     run: RunConfig,
-    stream: Rc<RefCell<Stream>>,
+    stream: Arc<Mutex<Stream>>,
     runners: Vec<Runner<LockstepLink>>,
     folder: PathBuf,
     hold_back_seed: Option<u64>,
@@ -224,7 +223,7 @@ impl World {
         // On tmpfs, as in flight: a disk would be most of the time of this test.
         let folder = PathBuf::from(format!("/dev/shm/toys-{}-{number}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        let stream = Rc::new(RefCell::new(Stream::new()));
+        let stream = Arc::new(Mutex::new(Stream::new()));
         let bus = LockstepBus::default();
         let mut world = World { bus, run, stream, runners: Vec::new(), folder, hold_back_seed, restarts: 0 };
         world.runners = MEMBERS.iter().map(|&id| world.start(id, 0)).collect();
@@ -244,8 +243,8 @@ impl World {
                 Box::new(Estimator { id, topic: ESTIMATE_SLOSH, common, every: 11, memory: 0 })
             }
             _ => {
-                self.stream.borrow_mut().clear();
-                Box::new(Collector { stream: Rc::clone(&self.stream) })
+                self.stream.lock().unwrap().clear();
+                Box::new(Collector { stream: Arc::clone(&self.stream) })
             }
         };
         let mut link = self.bus.join();
@@ -326,7 +325,7 @@ impl World {
     }
 
     fn results(&self) -> Stream {
-        self.stream.borrow().clone()
+        self.stream.lock().unwrap().clone()
     }
 }
 

@@ -328,7 +328,7 @@ record! {
         partition: u32, "-", "-", "code of PartitionId";
         restarts: u32, "-", "-", "how often it was restarted";
         restart_cause: u32, "-", "-", "of the last restart: 0 none, 1 to 255 signal, 256 + exit code";
-        reserved: u32, "-", "-", "0";
+        allocations: u32, "-", "-", "allocations of its loop later than a second after this start";
         received: u64, "-", "-", "samples delivered to frames";
         lost: u64, "-", "-", "sequence numbers never seen";
         duplicates: u64, "-", "-", "samples dropped because they had been seen";

@@ -6,6 +6,7 @@
 use runtime::statistics::PartitionRow;
 use serde_json::{Value, json};
 use std::fmt::{self, Display, Formatter};
+use std::path::Path;
 
 /// Kind of a loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +15,8 @@ pub enum LossKind {
     GivenUp,
     /// Samples that the partition was sent and never received.
     SamplesLost,
+    /// The file of `--record` ends or has a gap; the results are whole.
+    RecordingStopped,
 }
 
 /// A loss, by the partition that had it.
@@ -21,8 +24,10 @@ pub enum LossKind {
 pub struct Loss {
     pub partition: String,
     pub kind: LossKind,
-    /// Samples; of a partition that was given up its restarts.
+    /// Samples; of a partition that was given up its restarts; of a recording 1.
     pub count: u64,
+    /// What else is known of it.
+    pub detail: String,
 }
 
 impl Loss {
@@ -34,9 +39,16 @@ impl Loss {
             let lost = (row.lost > 0).then_some((LossKind::SamplesLost, row.lost));
             let name = row.name.clone();
             let found = [given_up, lost].into_iter().flatten();
-            found.map(move |(kind, count)| Loss { partition: name.clone(), kind, count })
+            found.map(move |(kind, count)| Loss { partition: name.clone(), kind, count, detail: String::new() })
         };
         rows.iter().flat_map(of_row).collect()
+    }
+
+    /// What the recorder left beside the `results` when the disk of the recording was full.
+    #[must_use]
+    pub fn of_recording(results: &Path) -> Option<Self> {
+        let detail = std::fs::read_to_string(results.with_extension("stopped")).ok()?;
+        Some(Loss { partition: "recorder".into(), kind: LossKind::RecordingStopped, count: 1, detail })
     }
 
     /// As an entry of `loss` in the object that `--json` prints.
@@ -45,18 +57,24 @@ impl Loss {
         let kind = match self.kind {
             LossKind::GivenUp => "given_up",
             LossKind::SamplesLost => "samples_lost",
+            LossKind::RecordingStopped => "recording_stopped",
         };
-        json!({ "partition": self.partition, "kind": kind, "count": self.count })
+        let mut object = json!({ "partition": self.partition, "kind": kind, "count": self.count });
+        if !self.detail.is_empty() {
+            object["detail"] = json!(self.detail);
+        }
+        object
     }
 }
 
 impl Display for Loss {
     fn fmt(&self, to: &mut Formatter<'_>) -> fmt::Result {
-        let Loss { partition, kind, count } = self;
+        let Loss { partition, kind, count, detail } = self;
         let samples = if *count == 1 { "sample" } else { "samples" };
         match kind {
             LossKind::GivenUp => write!(to, "{partition} was given up after {count} restarts"),
             LossKind::SamplesLost => write!(to, "{partition} lost {count} {samples}"),
+            LossKind::RecordingStopped => write!(to, "{detail}"),
         }
     }
 }

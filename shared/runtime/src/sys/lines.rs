@@ -43,26 +43,25 @@ impl LineWriter {
     }
 }
 
-/// True when the line was written, or never will be (the reader is gone).
+/// True when the line was written, or never will be (the reader is gone). Takes no memory.
 fn write_if_ready(line: &str) -> bool {
     let out = std::io::stdout();
     let mut lock = out.lock();
-    let mut rest = format!("{line}\n").into_bytes();
-    while !rest.is_empty() {
-        let ready = {
-            let mut fds = [PollFd::new(&out, PollFlags::OUT)];
-            poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 })).is_ok_and(|count| count > 0)
-        };
-        let begun = rest.len() < line.len() + 1;
-        if !ready && !begun {
-            return false;
-        }
-        // A line longer than the pipe's guarantee is finished once it was begun: half a line would
-        // be read as one.
-        let some: Vec<u8> = rest.drain(..rest.len().min(PIPE_BUF)).collect();
-        if lock.write_all(&some).and_then(|()| lock.flush()).is_err() {
+    // A line longer than the pipe's guarantee is finished once it was begun: half a line would be
+    // read as one.
+    let ready = {
+        let mut fds = [PollFd::new(&out, PollFlags::OUT)];
+        poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 })).is_ok_and(|count| count > 0)
+    };
+    if !ready {
+        return false;
+    }
+    let parts = line.as_bytes().chunks(PIPE_BUF).chain([&b"\n"[..]]);
+    for part in parts {
+        if lock.write_all(part).is_err() {
             return true;
         }
     }
+    let _ = lock.flush();
     true
 }

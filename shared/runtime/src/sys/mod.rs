@@ -6,7 +6,7 @@ mod clock;
 mod lines;
 mod process;
 
-pub use allocations::{CountingAllocator, allocations};
+pub use allocations::{CountingAllocator, allocations, allocations_of_system};
 pub use clock::{cpu_ns, monotonic_ns};
 pub use lines::{LineWriter, tell};
-pub use process::{die_with_parent, kill_self, stop_self};
+pub use process::{crash_self, die_with_parent, kill_self, stop_self};

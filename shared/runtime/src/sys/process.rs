@@ -1,6 +1,7 @@
 //! Process control: dying with the parent, and the drills' signals to oneself.
 
 use rustix::process::{Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
+use std::os::unix::fs::FileExt;
 
 /// The kernel kills this process when its parent dies; ends at once when `parent` has died already:
 /// whoever adopted this process since is not the warden.
@@ -21,4 +22,26 @@ pub fn kill_self() {
 /// Halts this process as a hang would: it lives, and does nothing.
 pub fn stop_self() {
     let _ = kill_process(getpid(), Signal::STOP);
+}
+
+/// Ends this process by a real segmentation fault: it writes through a null pointer.
+///
+/// The kernel lets a process write its own text through its memory file. Elsewhere than on an
+/// x86-64, or where that file is closed, the signal alone is sent.
+pub fn crash_self() {
+    // mov byte ptr [0], al
+    const WRITE_TO_NULL: [u8; 7] = [0x88, 0x04, 0x25, 0, 0, 0, 0];
+    if cfg!(target_arch = "x86_64")
+        && let Ok(memory) = std::fs::OpenOptions::new().write(true).open("/proc/self/mem")
+        && memory.write_all_at(&WRITE_TO_NULL, overwritten as fn() as usize as u64).is_ok()
+    {
+        std::hint::black_box(overwritten as fn())();
+    }
+    let _ = kill_process(getpid(), Signal::SEGV);
+}
+
+/// Long enough for one instruction.
+#[inline(never)]
+fn overwritten() {
+    std::hint::black_box([0_u64; 4]);
 }

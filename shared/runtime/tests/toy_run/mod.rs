@@ -17,6 +17,8 @@ pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
         replay: None,
         record: PathBuf::from("nowhere.mcap"),
         record_all: false,
+        trace: None,
+        results: None,
         speed: None,
         window_frames: 20,
         checkpoint_frames: 5,

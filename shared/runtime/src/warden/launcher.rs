@@ -1,0 +1,37 @@
+//! How the process of a partition is started.
+
+use crate::process::Life;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use telemetry::PartitionId;
+
+/// How partitions are started.
+#[derive(Clone, Debug)]
+pub struct Launcher {
+    /// `program partition NAME --run FOLDER --epoch N --cause C` ...
+    pub program: PathBuf,
+    /// ... or, as in an on-board computer's image,
+    /// `images/obsid-NAME --run FOLDER --epoch N --cause C`.
+    pub images: Option<PathBuf>,
+}
+
+impl Launcher {
+    pub(super) fn command(&self, id: PartitionId, folder: &std::path::Path, life: Life) -> Command {
+        let mut command = match &self.images {
+            Some(images) => Command::new(images.join(format!("obsid-{id}"))),
+            None => Command::new(&self.program),
+        };
+        if self.images.is_none() {
+            command.args(["partition", id.text()]);
+        }
+        let (epoch, cause, parent) = (life.epoch.to_string(), life.cause.to_string(), std::process::id().to_string());
+        command.arg("--run").arg(folder).args(["--epoch", &epoch, "--cause", &cause, "--parent", &parent]);
+        command.process_group(0);
+        match id {
+            PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
+            _ => command.stdin(Stdio::null()).stdout(Stdio::null()),
+        };
+        command
+    }
+}

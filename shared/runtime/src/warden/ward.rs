@@ -1,0 +1,142 @@
+//! One partition in the warden's care: its process, its deaths, the figures of all its lives.
+
+use crate::deaths::DeathLog;
+use crate::rundir::RunDir;
+use crate::statistics::{LifeFigures, PartitionRow};
+use crate::usage::{self, Usage};
+use rustix::fd::OwnedFd;
+use rustix::process::Signal;
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, ExitStatus};
+use std::time::{Duration, Instant};
+use telemetry::PartitionId;
+
+/// Of the time in which nothing was heard: one of the three beats. One is slept away regularly, and
+/// a process that hangs waits for no processor at all, unless it loops.
+const STARVED_SHARE: f64 = 1.0 / 3.0;
+/// Silent again within this time: the same want of a processor.
+const STARVED_AGAIN: Duration = Duration::from_secs(1);
+/// A loop without end on a busy computer waits for a processor most of the time, too: it is ended
+/// after half a minute of three beats each.
+const STARVED_TIMES_MAX: u32 = 200;
+
+/// Where a partition stands.
+pub(super) enum State {
+    Waiting { until: Instant },
+    Running { child: Child, pidfd: OwnedFd, since: Instant },
+    Done,
+    GivenUp,
+}
+
+/// When a partition died, and how far the run was.
+pub(super) struct DeathMark {
+    pub at: Instant,
+    pub frame: u64,
+}
+
+/// A partition, and what is known of its lives.
+pub(super) struct Ward {
+    pub id: PartitionId,
+    pub state: State,
+    pub deaths: Vec<DeathMark>,
+    pub epoch: u32,
+    /// Of the last death, as in [`crate::process::Life`].
+    pub cause: u32,
+    /// Killed for a hang: since its last sign of life [ms].
+    pub hung_ms: Option<f64>,
+    /// Of the lives that are over, and of the present one as last looked at.
+    past: LifeFigures,
+    /// Waiting time of its process when it was last silent [s].
+    waited_s: f64,
+    starved_at: Option<Instant>,
+    starved_times: u32,
+    /// Its last life ended by a fault of its own, and nothing was made of it.
+    failed: bool,
+    past_usage: Usage,
+    usage: Usage,
+}
+
+impl Ward {
+    pub fn new(id: PartitionId) -> Self {
+        Ward {
+            id,
+            state: State::Waiting { until: Instant::now() },
+            deaths: Vec::new(),
+            epoch: 0,
+            cause: 0,
+            hung_ms: None,
+            past: LifeFigures::default(),
+            waited_s: 0.0,
+            starved_at: None,
+            starved_times: 0,
+            failed: false,
+            past_usage: Usage::default(),
+            usage: Usage::default(),
+        }
+    }
+
+    pub fn is_over(&self) -> bool {
+        matches!(self.state, State::Done | State::GivenUp)
+    }
+
+    /// Process id, while one runs.
+    pub fn pid(&self) -> Option<u32> {
+        if let State::Running { child, .. } = &self.state { Some(child.id()) } else { None }
+    }
+
+    /// What the kernel counts of its process; of a dead one, before it is waited for, all but sizes.
+    pub fn look(&mut self) {
+        let Some(mut now) = self.pid().and_then(Usage::of) else { return };
+        now.keep_sizes(&self.usage);
+        self.usage = now;
+    }
+
+    /// Whether it ended by a fault of its own (no signal from outside), and the life before, too:
+    /// what both used is broken, and only the services are common
+    /// to both.
+    pub fn fails_again(&mut self, status: ExitStatus) -> bool {
+        let from_outside = [Signal::KILL, Signal::TERM].map(|signal| Some(signal.as_raw())).contains(&status.signal());
+        let failed = !from_outside && !status.success() && status.code().is_none_or(|code| code == 1);
+        let again = failed && self.failed;
+        self.failed = failed && !again;
+        again
+    }
+
+    /// Whether its process is silent for lack of a processor: it waited for one for a good part of
+    /// the time since its last sign of life. Who computes, sleeps or is stopped is not starved.
+    pub fn is_starved(&mut self, pid: u32, silent_ms: f64) -> bool {
+        let before = core::mem::replace(&mut self.waited_s, Usage::of(pid).map_or(0.0, |usage| usage.wait_s));
+        let waited_ms = (self.waited_s - before.max(self.usage.wait_s)) * 1e3;
+        let starved = usage::state(pid) != Some('T') && waited_ms > STARVED_SHARE * silent_ms;
+        let again = self.starved_at.replace(Instant::now()).is_some_and(|at| at.elapsed() < STARVED_AGAIN);
+        self.starved_times = if again { self.starved_times + 1 } else { 1 };
+        starved && self.starved_times <= STARVED_TIMES_MAX
+    }
+
+    /// What its process has left of this life.
+    pub fn figures(&self, dir: &RunDir) -> Option<LifeFigures> {
+        LifeFigures::read(&dir.statistics(self.id)).filter(|figures| figures.epoch == self.epoch)
+    }
+
+    /// A life is over: its figures are kept.
+    pub fn close_life(&mut self, dir: &RunDir, log: &mut DeathLog) {
+        if let Some(figures) = self.figures(dir) {
+            figures.fresh_ns.into_iter().for_each(|fresh_ns| log.recovered(self.id.text(), self.epoch, fresh_ns));
+            self.past.add(&figures);
+            // A life that came to a fresh frame had what it needs.
+            self.failed &= figures.fresh_ns.is_none();
+        }
+        self.past_usage.add(&core::mem::take(&mut self.usage));
+        self.waited_s = 0.0;
+    }
+
+    /// Its row of the table, over all lives that are over.
+    pub fn row(&self) -> PartitionRow {
+        PartitionRow {
+            restarts: self.epoch,
+            restart_cause: self.cause,
+            given_up: matches!(self.state, State::GivenUp),
+            ..self.past.row(self.id.text(), self.past_usage)
+        }
+    }
+}
