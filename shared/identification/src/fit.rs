@@ -66,6 +66,8 @@ const AS_PROMISED: f64 = 0.7;
 /// squares: a start far off is no minimum.
 const ROUNDS_MORE: usize = 14;
 const FAR: f64 = 0.02;
+/// Damping at which a fit gives up.
+const DAMPING_MAX: f64 = 1e3;
 /// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
 
@@ -97,7 +99,8 @@ impl From<usize> for Rounds {
     }
 }
 
-/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations.
+/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations, as far as the
+/// session's work allows its steps: one set of sensitivities in any case.
 ///
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
@@ -109,15 +112,18 @@ pub fn fit(
     rounds: impl Into<Rounds>,
 ) -> Result<Fit, FitError> {
     let rounds = rounds.into();
-    let unknowns = &session.problem.unknowns;
     let mut theta = theta.to_vec();
     let mut linearised = LinearisedProblem::new(session, plant, &theta, noise)?;
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = 0.0;
+    let mut steps = Steps::new(session);
     for round in 0..rounds.most + rounds.more {
         let (mut total, mut enough, mut far) = (0.0, CONVERGED, f64::INFINITY);
         let mut stale = true;
         for _ in 0..INNER_STEPS {
+            if !steps.has_room() {
+                break;
+            }
             iterations += 1;
             if stale {
                 linearised.take_jacobian(session, plant, &theta);
@@ -141,16 +147,13 @@ pub fn fit(
                 continue;
             }
             if gained <= 0.0 {
-                damping = if damping == 0.0 { 1e-2 } else { damping * 10.0 };
-                if damping > 1e3 {
+                damping = stronger(damping);
+                if damping > DAMPING_MAX {
                     break;
                 }
                 continue;
             }
-            damping *= 0.1;
-            if damping < 1e-4 {
-                damping = 0.0;
-            }
+            damping = weaker(damping);
             theta = moved;
             total += gained;
             stale = gained < AS_PROMISED * predicted;
@@ -159,22 +162,48 @@ pub fn fit(
                 break;
             }
         }
-        if total > if round + 1 < rounds.most { enough } else { far } {
-            match LinearisedProblem::new(session, plant, &theta, noise) {
-                Ok(fresh) => {
-                    linearised = fresh.with_steps_of(&linearised);
-                    converged = false;
-                }
-                Err(_) => break,
+        let least = if round + 1 < rounds.most { enough } else { far };
+        let goes_on = total > least && steps.has_room();
+        match goes_on.then(|| LinearisedProblem::new(session, plant, &theta, noise)) {
+            Some(Ok(fresh)) => {
+                linearised = fresh.with_steps_of(&linearised);
+                converged = false;
             }
-        } else {
-            break;
+            _ => break,
         }
     }
-    finish(session, plant, theta, noise, linearised, (converged, iterations)).map(|mut fit| {
-        fit.theta.iter_mut().zip(unknowns).for_each(|(t, u)| *t = t.clamp(u.low, u.high));
-        fit
-    })
+    finish(session, plant, theta, noise, linearised, (converged, iterations))
+}
+
+/// Levenberg's damping after a step that gained nothing, and after one that gained.
+fn stronger(damping: f64) -> f64 {
+    if damping == 0.0 { 1e-2 } else { damping * 10.0 }
+}
+
+fn weaker(damping: f64) -> f64 {
+    let damping = 0.1 * damping;
+    if damping < 1e-4 { 0.0 } else { damping }
+}
+
+/// Steps of a fit within the work: as dear as the dearest so far.
+struct Steps<'a> {
+    work: &'a crate::work::Work,
+    at: Option<f64>,
+    dearest: f64,
+}
+
+impl<'a> Steps<'a> {
+    fn new(session: &'a EstimationSession<'_>) -> Self {
+        Self { work: &session.work, at: None, dearest: 0.0 }
+    }
+
+    /// There is room for a further step; for a first one in any case.
+    fn has_room(&mut self) -> bool {
+        let spent = self.work.spent();
+        let Some(before) = self.at.replace(spent) else { return true };
+        self.dearest = self.dearest.max(spent - before);
+        self.work.allows_step(self.dearest)
+    }
 }
 
 /// Objective, Jacobian and posterior at `theta`, on a fresh linearisation.
@@ -194,9 +223,10 @@ fn finish(
     let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
     let sigma = normal.sigmas(session);
     let ratio = sigma.iter().zip(&session.problem.unknowns).map(|(s, u)| s / u.sigma).collect();
+    let within = theta.iter().zip(&session.problem.unknowns).map(|(t, u)| t.clamp(u.low, u.high)).collect();
     Ok(Fit {
         plant: plant.clone(),
-        theta,
+        theta: within,
         sigma,
         ratio,
         objective: normal.objective,
