@@ -188,7 +188,8 @@ impl Told<'_> {
         }
         diagnosis.nominal = self.nominal();
         diagnosis.held_out = self.held_out();
-        let relevance = self.compared.as_ref().and_then(Compared::relevance);
+        let compared = self.compared.as_ref().filter(|_| self.decision.leader != 0);
+        let relevance = compared.and_then(Compared::relevance);
         diagnosis.relevance_percent = relevance.map(|share| 100.0 * share);
         diagnosis.notes.extend(self.horizon());
         diagnosis.input_timing = self.input_timing();

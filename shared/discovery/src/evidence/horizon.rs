@@ -1,8 +1,8 @@
 //! Does it matter: distances from the data over a horizon, on data that no fit has seen.
 //!
 //! A free run is comparable only as long as disturbances have not driven the plant away. Windows of
-//! several lengths are run; what decides is the length at which the plant without hypotheses surely
-//! misses by most of what noise explains. There, of each channel of each recording, e being the
+//! several lengths are run, since over long ones what counts is how well parameters are known, too; an
+//! effect matters if it does at some length. Of each channel of each recording, e being the
 //! distance and v what the better plant's noise gives it,
 //!
 //! ```text
@@ -52,7 +52,7 @@ struct Length {
     variance: Vec<f64>,
 }
 
-/// Two models over the horizon at which the misfit stands out most.
+/// Two models over the horizon at which the better one explains most.
 pub(super) struct Compared {
     pub window_s: f64,
     pub sites: Vec<Site>,
@@ -117,10 +117,19 @@ impl Horizons {
         Some(Self { samples, sites: (0..sites).map(name).collect(), spread, lengths, block_s, duration_s })
     }
 
-    /// This model beside `before`, the plant that it is to be better than.
+    /// This model beside `before`, the plant that it is to be better than, over the windows at which
+    /// it explains most; a channel is worse where it is so over the longest, a plain free run.
     pub(super) fn beside(&self, before: &Self) -> Option<Compared> {
         let lengths = self.lengths.iter().zip(&before.lengths);
-        let (after, before) = lengths.max_by(|a, b| self.stands_out(a.0, a.1).total_cmp(&self.stands_out(b.0, b.1)))?;
+        let all: Vec<Compared> = lengths.map(|(after, before)| self.over(after, before)).collect();
+        let worse: Vec<bool> = all.first()?.sites.iter().map(|site| site.is_worse).collect();
+        let explained = |own: &Compared| own.relevance().unwrap_or(f64::NEG_INFINITY);
+        let mut best = all.into_iter().max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+        best.sites.iter_mut().zip(worse).for_each(|(site, worse)| site.is_worse = worse);
+        Some(best)
+    }
+
+    fn over(&self, after: &Length, before: &Length) -> Compared {
         let block_s = self.block_of(after);
         let sums = Sums { own: self, after, before, block_s };
         let all: Vec<usize> = (0..self.sites.len()).filter(|site| sums.of(*site, &|_, _, v| v) > 0.0).collect();
@@ -128,17 +137,7 @@ impl Horizons {
         let site = |site: &usize| sums.site(*site, level);
         let whole = blocks(&sums.series(None, &|before, after, v| (before - after) / v), block_s);
         let before = sums.series(None, &|before, _, v| before / v).iter().map(|(_, own)| own).sum();
-        Some(Compared { window_s: after.window_s, sites: all.iter().map(site).collect(), whole, before })
-    }
-
-    /// Sum over the sites of what `before` misses beyond `after`'s noise at least, in units of that.
-    fn stands_out(&self, after: &Length, before: &Length) -> f64 {
-        let sums = Sums { own: self, after, before, block_s: self.block_of(after) };
-        let of = |site: usize| {
-            let least = blocks(&sums.series(Some(site), &|before, _, v| before - v), sums.block_s);
-            least.interval(2.0 * WORSE)[0].max(0.0) / sums.of(site, &|_, _, v| v)
-        };
-        (0..self.sites.len()).map(of).filter(|own| own.is_finite()).sum()
+        Compared { window_s: after.window_s, sites: all.iter().map(site).collect(), whole, before }
     }
 
     /// A window is one block, as long as there are enough of them \[s\].
