@@ -19,10 +19,12 @@ pub(crate) const NOMINAL_ROUNDS: usize = 6;
 /// Share of the work left for it, which is a third of a limit at first.
 const NOMINAL_SHARE: f64 = 2.0 / 9.0;
 /// Why a nominal fit that has no room to end decides nothing.
-const NOMINAL_UNFINISHED: &str = "the fit of the plant as stated did not end within a third of the work, on a quarter of the recording neither: what it leaves is no evidence of unmodelled physics. Give a shorter part of the recording, fewer uncertain parameters, start values that are nearer, or a higher --effort";
+const NOMINAL_UNFINISHED: &str = "the fit of the plant as stated did not end within a third of the work, on a sixteenth of the recording neither: what it leaves is no evidence of unmodelled physics. Give a shorter part of the recording, fewer uncertain parameters, start values that are nearer, or a higher --effort";
 
 /// What is left of a recording on which the nominal fit had no room to end: its cost with it.
 const SHORTER: f64 = 0.25;
+/// How often it is shortened.
+const SHORTER_MAX: usize = 2;
 
 /// A share of all runs of `problem` from their beginnings on, with a note; `None` from all on.
 fn beginning(problem: &Problem, share: f64, what: &str) -> Option<Problem> {
@@ -63,18 +65,22 @@ fn cut(problem: &Problem, options: &Options, share: &dyn Fn(&Problem) -> f64) ->
 type Decide<'a> = dyn FnMut(&Problem, &Options, &Arc<Work>) -> Result<Diagnosis, String> + 'a;
 
 /// A diagnosis by `each` of as much of the recordings as the limit pays for, and of a quarter of
-/// that where the nominal fit had no room to end.
+/// that, and again, where the nominal fit had no room to end.
 pub(crate) fn within_limit(problem: &Problem, options: &Options, each: &mut Decide<'_>) -> Diagnosis {
     let work = Arc::new(Work::watched(options.work_max, options.watch.clone()));
-    let paid = cut(problem, options, &|own| paid_share(own, options.work_max));
-    let (problem, options) = paid.as_ref().map_or((problem, options), |(problem, options)| (problem, options));
-    let first = each(problem, options, &work);
-    let is_cut = first.as_ref().is_err_and(|reason| reason == NOMINAL_UNFINISHED);
-    let shorter = if is_cut { cut(problem, options, &|_| SHORTER) } else { None };
-    let (found, problem) = match &shorter {
-        Some((shorter, options)) => (each(shorter, options, &work), shorter),
-        None => (first, problem),
+    let mut own = cut(problem, options, &|own| paid_share(own, options.work_max));
+    let mut shorter = 0;
+    let found = loop {
+        let (problem, options) = own.as_ref().map_or((problem, options), |(problem, options)| (problem, options));
+        let found = each(problem, options, &work);
+        let is_cut = found.as_ref().is_err_and(|reason| reason == NOMINAL_UNFINISHED);
+        if !is_cut || shorter == SHORTER_MAX {
+            break found;
+        }
+        shorter += 1;
+        own = cut(problem, options, &|_| SHORTER);
     };
+    let problem = own.as_ref().map_or(problem, |(problem, _)| problem);
     found.unwrap_or_else(|reason| {
         let notes = problem.notes.iter().filter(|note| note.starts_with(LIMIT_NOTE)).cloned().collect();
         Diagnosis { notes, ..Diagnosis::cannot_decide(reason) }
