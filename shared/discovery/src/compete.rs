@@ -31,6 +31,7 @@ use identification::filter::NoiseModel;
 use identification::fit::noise::{Search, maximise};
 use identification::fit::{EstimationSession, Fit, Normal, parallel};
 use identification::statistics::{chi_squared_quantile, chi_squared_tail};
+use identification::work::Work;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A set of effects with its likelihood, noise and fit.
@@ -239,7 +240,11 @@ impl Outcome {
             let (own, behind) = rest.split_at(rest.len().min(many));
             rest = behind;
             let before = session.work.spent();
-            let found = parallel(own.len(), session.threads, |i| one(&single, nominal, columns, &own[i], p_veto));
+            let share = 1.0 / own.len() as f64;
+            let tasks: Vec<EstimationSession<'_>> = (0..own.len())
+                .map(|_| EstimationSession { work: Work::part(&session.work, share), ..single.clone() })
+                .collect();
+            let found = parallel(own.len(), session.threads, |i| one(&tasks[i], nominal, columns, &own[i], p_veto));
             self.work_each = self.work_each.max((session.work.spent() - before) / own.len() as f64);
             for (hypothesis, without) in found.into_iter().flatten() {
                 null = null.min(without);

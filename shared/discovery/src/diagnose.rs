@@ -19,6 +19,7 @@
 
 mod adoption;
 mod evidence;
+mod extent;
 mod figures;
 mod held_out_evidence;
 mod held_out_selection;
@@ -34,12 +35,13 @@ mod stamps;
 mod suspicion;
 mod verdict;
 
+pub(crate) use extent::{NOMINAL_ROUNDS, nominal, within_limit};
 pub(crate) use insufficient_data::insufficient_data;
 pub use phase::Phase;
 pub use report::{
     Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, Figures, HeldOut,
-    HeldOutChannel, HeldOutKind, LawCell, LawMap, Nominal, OpenHypothesis, Overlay, ParameterReport, Rival, Tile,
-    Tried, Verdict, Where,
+    HeldOutChannel, HeldOutKind, InputTiming, LawCell, LawMap, Nominal, OpenHypothesis, Overlay, ParameterReport,
+    Rival, Tile, Tried, Verdict, Where,
 };
 
 use held_out_selection::select_on_held_out;
@@ -52,11 +54,12 @@ use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
 use identification::fit::bounded::bounded;
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
+use identification::fit::{EstimationSession, Fit, fit};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
 use identification::work::{NORMAL_WORK, Watch, Work};
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// Levels and bounds of a diagnosis.
 #[derive(Clone, Debug)]
@@ -105,8 +108,6 @@ const ALPHA_SHARE_UNIDENTIFIED: f64 = (1.0 - ALPHA_SHARE_IDENTIFIED - ALPHA_SHAR
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Why a diagnosis without a nominal plant decides nothing.
 const INTERRUPTED_EARLY: &str = "the search was interrupted before the nominal plant was fitted";
-/// Relinearisations of the nominal fit; it ends earlier where it has converged.
-const NOMINAL_ROUNDS: usize = 6;
 
 /// An adopted effect.
 #[derive(Clone)]
@@ -148,43 +149,56 @@ struct Unfitted {
 /// [`Diagnosis`] with the verdict [`Verdict::CannotDecide`] and the reason, never an error. The
 /// same problem and options give the same answer on every machine and with any number of threads.
 ///
-/// Cost: two or three fits of the nominal plant, and a search of at most [`Options::work_max`].
+/// Cost: at most [`Options::work_max`], half as much more for what it then finishes, and one
+/// linearisation; where that does not pay for the whole recording, its beginning is diagnosed.
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
-    let found = match stamps::evened(problem, options.threads) {
-        None => run(problem, options, progress),
+    within_limit(problem, options, &mut |problem, options, work| even_stamps(problem, options, work, progress))
+}
+
+fn even_stamps(
+    problem: &Problem,
+    options: &Options,
+    work: &Arc<Work>,
+    progress: &mut dyn FnMut(Phase, f64),
+) -> Result<Diagnosis, String> {
+    match stamps::evened(problem, options.threads, work) {
+        None => run(problem, options, work, progress),
         Some(mut even) => {
             even.notes.push(
                 "the readings are even and their stamps are not: the stamps were replaced by their grid".to_owned(),
             );
             let again = |other: &Option<Problem>| other.as_ref().map(|p| stamps::even(p).unwrap_or_else(|| p.clone()));
             let (held_out, repeat) = (again(&options.held_out), again(&options.repeat));
-            run(&even, &Options { held_out, repeat, ..options.clone() }, progress)
+            run(&even, &Options { held_out, repeat, ..options.clone() }, work, progress)
         }
-    };
-    found.unwrap_or_else(Diagnosis::cannot_decide)
+    }
 }
 
-fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Result<Diagnosis, String> {
+fn run(
+    problem: &Problem,
+    options: &Options,
+    work: &Arc<Work>,
+    progress: &mut dyn FnMut(Phase, f64),
+) -> Result<Diagnosis, String> {
     progress(Phase::Fit, 0.0);
-    let work = std::sync::Arc::new(Work::watched(options.work_max, options.watch.clone()));
-    let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
+    let session =
+        EstimationSession::counted(problem, options.threads, work.clone()).map_err(|error| error.to_string())?;
     if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
     }
     if session.work.is_stopped() {
         return Err(INTERRUPTED_EARLY.to_owned());
     }
-    let stated = fit_by_continuation(&session, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
+    let stated = nominal(&session)?;
     if session.work.is_stopped() {
         return Err(INTERRUPTED_EARLY.to_owned());
     }
     progress(Phase::Noise, 0.1);
     let mut notes = problem.notes.clone();
-    let nominal = standing(&session, &stated)?;
-    let bare = nominal.clone();
-    let noise_p = verdict::noise_p(&session, &stated, &nominal.fit, &nominal.noise, nominal.objective);
+    let bare = standing(&session, &stated)?;
+    let noise_p = verdict::noise_p(&session, &stated, &bare.fit, &bare.noise, bare.objective);
     let begun = session.work.spent();
-    let mut found = searched(&session, (nominal, Rc::default()), options, progress)?;
+    let mut found = searched(&session, (bare.clone(), Rc::default()), options, progress)?;
     let search = session.work.spent() - begun;
     progress(Phase::HeldOut, 0.85);
     let mut selection = select_on_held_out(problem, (&session, &stated), &mut found, options, &mut notes);

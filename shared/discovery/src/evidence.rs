@@ -2,7 +2,8 @@
 //! [`crate::diagnose`].
 //!
 //! A hypothesis is a way in which the nominal plant is wrong: an effect at a site, the same law at
-//! all like sites, coloured noise, a number in conflict with its file. A set of them is a model:
+//! all like sites, coloured noise, a number in conflict with its file, inputs shifted by a share of
+//! a sample. A set of them is a model:
 //!
 //! ```text
 //! log Z = log ∫ p(D | θ, φ, η) p(θ) p(φ) p(η)          plant, effects and noise, each with a prior
@@ -12,18 +13,20 @@
 //! | file | subject |
 //! |---|---|
 //! | `marginal`, `noise` | Laplace's method with bounds; the noise with its priors |
+//! | `timing` | inputs between their samples |
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
 //! | `screen`, `propose` | the catalogue about a model; what is worth a fit |
 //! | `temper`, `predict` | what a gain is worth where innovations remember; held-out data in nats |
+//! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
 //! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
 //! | `law` | what no entry describes |
 //! | `decide`, `answer` | every constant, the verdict; the diagnosis |
 //!
-//! Not built: labels, timing of inputs, latent inputs, the share of coloured noise beside white one,
-//! relevance by a free run over a horizon (shares are reported and decide nothing).
+//! Not built: labels, latent inputs, the share of coloured noise beside white one.
 
 mod answer;
 mod decide;
+mod horizon;
 mod hypothesis;
 mod law;
 mod marginal;
@@ -36,33 +39,37 @@ mod scale;
 mod screen;
 mod search;
 mod temper;
+mod timing;
 
-use crate::diagnose::{Diagnosis, Options, Phase, insufficient_data};
-use identification::fit::{EstimationSession, Fit, fit_by_continuation};
+use crate::diagnose::{Diagnosis, Options, Phase, insufficient_data, nominal, within_limit};
+use identification::fit::{EstimationSession, Fit};
 use identification::problem::Problem;
 use identification::work::Work;
 use model::{Ground, Model, settled};
 use noise::{Linearly, NoisePrior};
-
-/// Relinearisations of the nominal fit.
-const NOMINAL_ROUNDS: usize = 6;
+use std::sync::Arc;
 
 /// Diagnoses `problem` by the evidence of sets of hypotheses; options and answer as those of
 /// [`crate::diagnose::diagnose`], a repeat counts as nothing.
 ///
-/// Cost: a fit of the nominal plant, and a search of at most [`Options::work_max`].
+/// Cost: that of [`crate::diagnose::diagnose`].
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
-    run(problem, options, progress).unwrap_or_else(Diagnosis::cannot_decide)
+    within_limit(problem, options, &mut |problem, options, work| run(problem, options, work, progress))
 }
 
-fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Result<Diagnosis, String> {
+fn run(
+    problem: &Problem,
+    options: &Options,
+    work: &Arc<Work>,
+    progress: &mut dyn FnMut(Phase, f64),
+) -> Result<Diagnosis, String> {
     progress(Phase::Fit, 0.0);
-    let work = std::sync::Arc::new(Work::watched(options.work_max, options.watch.clone()));
-    let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
+    let session =
+        EstimationSession::counted(problem, options.threads, work.clone()).map_err(|error| error.to_string())?;
     if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
     }
-    let stated = fit_by_continuation(&session, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
+    let stated = nominal(&session)?;
     progress(Phase::Noise, 0.1);
     let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
     progress(Phase::Compare, 0.2);

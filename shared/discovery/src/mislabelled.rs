@@ -58,6 +58,10 @@ const UNDRIVEN_MISFIT_RATIO: f64 = 2.0;
 /// Ratio to the best mean square within which a hypothesis explains it as well. Chosen, no
 /// derivation.
 const EQUAL_FIT_RATIO: f64 = 1.1;
+/// Mean square of the innovations below which a plant predicts better than its noise lets it, because
+/// a command made smaller leaves all to its disturbance: a third of the stated standard deviation,
+/// 3.7 standard deviations of what data sheets are off by.
+const QUIET_MEAN_SQUARE: f64 = 1.0 / 9.0;
 /// Hypotheses that are evaluated, those of single channels first.
 const HYPOTHESES: usize = 200;
 /// Share of the remaining work for ranking them. Chosen, no derivation.
@@ -127,7 +131,7 @@ impl Explained {
     fn holds(&self, plant: &Plant, (after, found): &(Prediction, Mislabelled)) -> bool {
         let as_read = after.mean_square * found.weight(plant);
         let falls = self.before.as_ref().is_none_or(|before| as_read < before.mean_square / MISFIT_MEAN_SQUARE);
-        after.is_near() && (falls || found.is_of_command(plant))
+        after.is_near() && after.mean_square > QUIET_MEAN_SQUARE && (falls || found.is_of_command(plant))
     }
 
     /// Keeps the hypotheses that hold, best first; none where the recording is followed as

@@ -22,6 +22,7 @@ mod noise_free;
 mod orders;
 pub mod refine;
 pub(crate) mod robust;
+mod thin;
 
 pub use candidates::{Candidate, candidates};
 pub use columns::{Column, columns};
@@ -30,6 +31,7 @@ pub use lines::{Lines, lines};
 pub use noise_free::noise_free;
 pub use orders::{Orders, orders};
 pub use robust::Robust;
+pub(crate) use thin::thin;
 
 use estimation::consistency::score_statistic;
 use identification::dot::dot;

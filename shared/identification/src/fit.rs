@@ -100,7 +100,8 @@ impl From<usize> for Rounds {
     }
 }
 
-/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations.
+/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations, as far as the
+/// session's work allows its steps: one set of sensitivities in any case.
 ///
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
@@ -112,15 +113,18 @@ pub fn fit(
     rounds: impl Into<Rounds>,
 ) -> Result<Fit, FitError> {
     let rounds = rounds.into();
-    let unknowns = &session.problem.unknowns;
     let mut theta = theta.to_vec();
     let mut linearised = LinearisedProblem::new(session, plant, &theta, noise)?;
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = Damping::on_failure();
+    let mut steps = Steps::new(session);
     for round in 0..rounds.most + rounds.more {
         let (mut total, mut enough, mut far) = (0.0, CONVERGED, f64::INFINITY);
         let mut stale = true;
         for _ in 0..INNER_STEPS {
+            if !steps.has_room() {
+                break;
+            }
             iterations += 1;
             if stale {
                 linearised.take_jacobian(session, plant, &theta);
@@ -159,22 +163,38 @@ pub fn fit(
                 break;
             }
         }
-        if total > if round + 1 < rounds.most { enough } else { far } {
-            match LinearisedProblem::new(session, plant, &theta, noise) {
-                Ok(fresh) => {
-                    linearised = fresh.with_steps_of(&linearised);
-                    converged = false;
-                }
-                Err(_) => break,
+        let least = if round + 1 < rounds.most { enough } else { far };
+        let goes_on = total > least && steps.has_room();
+        match goes_on.then(|| LinearisedProblem::new(session, plant, &theta, noise)) {
+            Some(Ok(fresh)) => {
+                linearised = fresh.with_steps_of(&linearised);
+                converged = false;
             }
-        } else {
-            break;
+            _ => break,
         }
     }
-    finish(session, plant, theta, noise, linearised, (converged, iterations)).map(|mut fit| {
-        fit.theta.iter_mut().zip(unknowns).for_each(|(t, u)| *t = t.clamp(u.low, u.high));
-        fit
-    })
+    finish(session, plant, theta, noise, linearised, (converged, iterations))
+}
+
+/// Steps of a fit within the work: as dear as the dearest so far.
+struct Steps<'a> {
+    work: &'a crate::work::Work,
+    at: Option<f64>,
+    dearest: f64,
+}
+
+impl<'a> Steps<'a> {
+    fn new(session: &'a EstimationSession<'_>) -> Self {
+        Self { work: &session.work, at: None, dearest: 0.0 }
+    }
+
+    /// There is room for a further step; for a first one in any case.
+    fn has_room(&mut self) -> bool {
+        let spent = self.work.spent();
+        let Some(before) = self.at.replace(spent) else { return true };
+        self.dearest = self.dearest.max(spent - before);
+        self.work.allows_step(self.dearest)
+    }
 }
 
 /// Objective, Jacobian and posterior at `theta`, on a fresh linearisation.
@@ -194,9 +214,10 @@ fn finish(
     let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
     let sigma = normal.sigmas(session);
     let ratio = sigma.iter().zip(&session.problem.unknowns).map(|(s, u)| s / u.sigma).collect();
+    let within = theta.iter().zip(&session.problem.unknowns).map(|(t, u)| t.clamp(u.low, u.high)).collect();
     Ok(Fit {
         plant: plant.clone(),
-        theta,
+        theta: within,
         sigma,
         ratio,
         objective: normal.objective,

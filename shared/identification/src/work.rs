@@ -6,6 +6,9 @@
 //! out, and said to be, where there is no room for as much as it cost last. Only code that runs
 //! alone may ask: what threads have counted is the same in the end and not on the way.
 //!
+//! A search ends at its limit; the fits that it has begun end beyond it, by [`OVERRUN`] at most. Code
+//! on several threads has a [part](Work::part) of its own for each task, granted before they begin.
+//!
 //! A [`Watch`] lets another thread see the count and stop the search: from then on there is no room
 //! for anything, as if the limit were met.
 
@@ -17,11 +20,14 @@ use std::sync::{Arc, Mutex};
 /// What a diagnosis of normal effort may cost before it ends with what it has: about two minutes of
 /// one core with what it then finishes.
 pub const NORMAL_WORK: f64 = 1e11;
+/// Work at which a fit ends wherever it is, in limits: half a limit for what a search finishes.
+pub const OVERRUN: f64 = 1.5;
 /// Of all work, the most that the check of the channel metadata may cost.
 pub const LABEL_CHECK_SHARE: f64 = 0.2;
 /// The beginning of a note on what the limit did not allow, and of one on what an interruption did
 /// not.
 pub const LIMIT_NOTE: &str = "to bound the work these were left out: ";
+const FIT_STEPS: &str = "the last steps of fits";
 const STOPPED_NOTE: &str = "for the interruption these were left out: ";
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates
 /// apart.
@@ -59,6 +65,10 @@ impl Watch {
 #[derive(Debug)]
 pub struct Work {
     most: f64,
+    /// At which fits end.
+    end: f64,
+    /// Counts what this one does.
+    whole: Option<Arc<Work>>,
     spent: AtomicU64,
     watch: Watch,
     left_out: Mutex<BTreeSet<&'static str>>,
@@ -78,13 +88,34 @@ impl Work {
 
     /// As [`Work::of`], seen and stopped by `watch`.
     pub fn watched(most: f64, watch: Watch) -> Self {
-        Self { most, spent: AtomicU64::new(0), watch, left_out: Mutex::default() }
+        let (spent, left_out) = (AtomicU64::new(0), Mutex::default());
+        Self { most, end: OVERRUN * most, whole: None, spent, watch, left_out }
+    }
+
+    /// A task of `whole` that has a share of all that is left; counted and noted there, too.
+    pub fn part(whole: &Arc<Self>, share: f64) -> Arc<Self> {
+        let left = |end: f64| share * (end - whole.spent()).max(0.0);
+        let (most, end) = (left(whole.most()), left(whole.end));
+        let own = Self { end, whole: Some(whole.clone()), ..Self::watched(most, whole.watch.clone()) };
+        Arc::new(own)
     }
 
     /// Counts work as spent; threads may count at once, the sum does not depend on their order.
     pub fn add(&self, work: f64) {
         self.spent.fetch_add(work as u64, Ordering::Relaxed);
-        self.watch.counted.fetch_add(work as u64, Ordering::Relaxed);
+        match &self.whole {
+            Some(whole) => whole.add(work),
+            None => _ = self.watch.counted.fetch_add(work as u64, Ordering::Relaxed),
+        }
+    }
+
+    /// A fit may go on for so much more; else its further steps are left out.
+    pub fn allows_step(&self, more: f64) -> bool {
+        let allows = self.spent() + more <= self.end;
+        if !allows {
+            self.leave_out(FIT_STEPS);
+        }
+        allows
     }
 
     /// The budget; none once the watch has stopped it.
@@ -140,11 +171,14 @@ impl Work {
         if let Ok(mut list) = self.left_out.lock() {
             list.insert(what);
         }
+        if let Some(whole) = &self.whole {
+            whole.leave_out(what);
+        }
     }
 
-    /// How many of one `cost` a share of all pays for.
+    /// How many of one `cost` a share of all pays for; of a part's, a share of the whole.
     pub fn affords(&self, share: f64, cost: f64) -> f64 {
-        share * self.most() / cost.max(1.0)
+        self.whole.as_ref().map_or_else(|| share * self.most() / cost.max(1.0), |whole| whole.affords(share, cost))
     }
 
     /// The work that was left out, if any was.
@@ -192,6 +226,19 @@ mod tests {
         assert!((work.spent() - 60.0).abs() < 1e-9);
         assert_eq!(work.note().unwrap(), "to bound the work these were left out: a; b");
     }
+
+    #[test]
+    fn a_part_ends_at_its_share_of_what_is_left_and_the_whole_counts_it() {
+        let whole = Arc::new(Work::of(100.0));
+        whole.add(50.0);
+        let part = Work::part(&whole, 0.5);
+        part.add(20.0);
+        assert!(part.allows(5.0, "a") && !part.allows(6.0, "b") && (whole.spent() - 70.0).abs() < 1e-9);
+        // half of what is left to the end at one and a half limits
+        assert!(part.allows_step(30.0) && !part.allows_step(31.0) && whole.allows_step(80.0));
+        assert_eq!(whole.note().unwrap(), "to bound the work these were left out: b; the last steps of fits");
+    }
+
     #[test]
     fn a_stopped_count_has_no_room_and_its_watch_sees_what_all_counts_spend() {
         let stop = Arc::new(AtomicBool::new(false));

@@ -54,7 +54,7 @@ fn physics(diagnosis: &Diagnosis, mislabelled: bool) -> Option<String> {
             format!("the plant lacks an effect that these data cannot separate from its rivals: {}", rivals(&supported))
         }
         Verdict::NotInCatalogue => unknown(diagnosis),
-        Verdict::NoiseModel | Verdict::ParameterConflict => first_clause(&diagnosis.reason),
+        Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming => first_clause(&diagnosis.reason),
         Verdict::Unobservable => "these recordings cannot show an effect of its usual size".into(),
         Verdict::CannotDecide => format!("these recordings decide nothing: {}", first_clause(&diagnosis.reason)),
         Verdict::None => "the plant lacks nothing that these recordings could show".into(),

@@ -26,5 +26,36 @@ pub fn look_at_labels(case: &Case, most: f64, watch: &Watch) -> Labels {
         all.spent += work.spent();
         all.left_out.extend(work.note().map(|note| format!("{}: {note}", one.recording.name)));
     }
+    all.keep_those_of_fitted(case.fitted.len());
     all
+}
+
+impl Labels {
+    /// No label is suspected, on the user's word.
+    pub fn trusted(case: &Case) -> Self {
+        Self { labels: vec![None; case.time_records().count()], spent: 0.0, left_out: Vec::new() }
+    }
+
+    /// What one recording alone shows, which is to test what was found, is no mistake of its label:
+    /// it may be what the plant lacks.
+    fn keep_those_of_fitted(&mut self, fitted: usize) {
+        let fitted = fitted.min(self.labels.len());
+        let (own, others) = self.labels.split_at_mut(fitted);
+        for label in others {
+            let is_like = |known: &Option<Mislabelled>| {
+                known.as_ref().zip(label.as_ref()).is_some_and(|(known, label)| known.is_like(label))
+            };
+            if own.iter().any(is_like) {
+                continue;
+            }
+            let said = label.take().map(|label| {
+                format!(
+                    "{}: {}, in a recording that was not fitted alone: it was left as it is",
+                    label.recording,
+                    label.in_words()
+                )
+            });
+            self.left_out.extend(said);
+        }
+    }
 }

@@ -20,6 +20,8 @@ pub enum Verdict {
     NoiseModel,
     /// A number of the plant lies beyond what its file allows (evidence alone decides so).
     ParameterConflict,
+    /// Recorded inputs act earlier or later than their stamps (evidence alone decides so).
+    InputTiming,
     /// Only errors of sensors are missing, or the channel metadata is wrong.
     Sensor,
     /// No effect of the catalogue would show at its usual size.
@@ -94,6 +96,14 @@ pub struct EffectEvidence {
     pub family: String,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub group: Vec<String>,
+}
+
+/// A shift of the recorded inputs, in samples of their own: half of one earlier is linear between
+/// stamps; and the weight of all models with a shift.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct InputTiming {
+    pub shift_samples: f64,
+    pub probability: f64,
 }
 
 /// A hypothesis that has no probability, and why.
@@ -270,6 +280,8 @@ pub struct Diagnosis {
     /// Hypotheses without a probability; of a decision by evidence.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub open: Vec<OpenHypothesis>,
+    /// Where the leading model has the recorded inputs at another time.
+    pub input_timing: Vec<InputTiming>,
     #[serde(skip)]
     pub figures: Figures,
     #[serde(skip)]
@@ -338,6 +350,7 @@ impl Diagnosis {
             report: None,
             relevance_percent: None,
             open: Vec::new(),
+            input_timing: Vec::new(),
             figures: Figures::default(),
             tried: Vec::new(),
         }

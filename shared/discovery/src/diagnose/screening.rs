@@ -6,7 +6,7 @@ use crate::compete::FittedModel;
 use crate::compete::subsets::noise_hypotheses;
 use crate::score::refine::refined;
 use crate::score::{
-    Candidate, Column, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
+    Column, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders, thin,
 };
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
@@ -64,7 +64,7 @@ fn screen_along(
     let jumps = instants((session, linearised), along, &best.plant, theta, noise);
     let found = (&lines, &orders[..], &jumps);
     let mut list = candidates(session.problem, &best.plant, &linearised.linears, period_s, found, &options.without);
-    thin(session, best, &mut list);
+    thin(session, (&best.plant, theta), &mut list);
     let mut all = columns(along, &best.plant, theta, &list);
     let Some(scorer) = Scorer::new(session, linearised, theta, &best.noise) else {
         return Screening { columns: all, scores: Vec::new() };
@@ -105,30 +105,4 @@ fn longest(session: &EstimationSession<'_>, best: &FittedModel) -> (Lines, Vec<O
     let Some((linear, timeline)) = runs.max_by_key(|(linear, _)| linear.nu.len()) else { return Default::default() };
     let sigma = &session.noise.sensor_sigma;
     (lines(linear, timeline, sigma.len()), orders(linear, timeline, &best.plant, sigma))
-}
-
-/// Share of all work for the grid points. Chosen, no derivation.
-const GRID_WORK_SHARE: f64 = 0.04;
-
-/// Bounds the work: every law stays, points of its grid are dropped.
-fn thin(session: &EstimationSession<'_>, best: &FittedModel, list: &mut Vec<Candidate>) {
-    let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
-    let keep =
-        session.work.affords(GRID_WORK_SHARE, session.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;
-    if keep >= 1.0 {
-        return;
-    }
-    session.work.leave_out("points of grids");
-    let mut last: Option<Candidate> = None;
-    let mut count = 0.0;
-    list.retain(|candidate| {
-        let fresh = last.as_ref().is_none_or(|last| !last.same_law(candidate));
-        if fresh {
-            last = Some(candidate.clone());
-        }
-        count += keep;
-        let due = count >= 1.0;
-        count -= if due { 1.0 } else { 0.0 };
-        fresh || due
-    });
 }

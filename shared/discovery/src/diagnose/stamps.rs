@@ -7,6 +7,8 @@
 
 use identification::fit::{EstimationSession, fit};
 use identification::problem::{Drive, Problem, Samples};
+use identification::work::Work;
+use std::sync::Arc;
 
 /// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first the
 /// stamps are even, beyond the second there is no grid. Chosen, no derivation.
@@ -23,10 +25,10 @@ const EVEN_STAMPS_GAIN_MIN: f64 = 10.0;
 const STAMP_ROUNDS: usize = 3;
 
 /// `problem` with even stamps, where they explain its recording better.
-pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
+pub(super) fn evened(problem: &Problem, threads: usize, work: &Arc<Work>) -> Option<Problem> {
     let even = even(problem)?;
     let objective = |problem: &Problem| {
-        let session = EstimationSession::new(problem, threads).ok()?;
+        let session = EstimationSession::counted(problem, threads, work.clone()).ok()?;
         Some(fit(&session, &problem.plant, &session.prior(), &session.noise, STAMP_ROUNDS).ok()?.objective)
     };
     (objective(&even)? < objective(problem)? - EVEN_STAMPS_GAIN_MIN).then_some(even)
@@ -103,10 +105,10 @@ mod tests {
     fn even_readings_with_uneven_stamps_are_put_back_on_their_grid() {
         let nominal = plant("oscillator");
         let straight = problem(&nominal, recording(&nominal, 3, 2.0));
-        assert!(evened(&straight, 1).is_none());
+        assert!(evened(&straight, 1, &Arc::default()).is_none());
         let mut uneven = straight.clone();
         jittered(&mut uneven, 0.05);
-        let even = evened(&uneven, 1).expect("the even grid explains the readings better");
+        let even = evened(&uneven, 1, &Arc::default()).expect("the even grid explains the readings better");
         let pairs = even.runs[0].samples[0].time_s.iter().zip(&straight.runs[0].samples[0].time_s);
         // mean of n stamps of 5 % each, and the slope's share at the ends
         let n = even.runs[0].samples[0].time_s.len() as f64;
@@ -131,6 +133,6 @@ mod tests {
         }
         uneven.runs[0].samples.truncate(1);
         uneven.runs[0].samples.push(Samples::default());
-        assert!(evened(&uneven, 1).is_none());
+        assert!(evened(&uneven, 1, &Arc::default()).is_none());
     }
 }

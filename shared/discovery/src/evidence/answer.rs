@@ -2,13 +2,16 @@
 
 mod numbers;
 
-use super::decide::{Class, Decision, Weighted, decide};
+use super::decide::{Class, Decision, WORTH, Weighted, decide};
+use super::horizon::{Compared, Horizons};
 use super::hypothesis::{Hypothesis, Part, name_of, unknown_of};
 use super::law::{Kind, Law};
-use super::model::Model;
+use super::model::{Ground, Model};
 use super::pool::{Entry, Pool};
+use super::timing::shift_of;
 use crate::diagnose::{
-    Compare, Diagnosis, EffectEvidence, EffectReport, OpenHypothesis, ParameterReport, Rival, Tried, Verdict,
+    Compare, Diagnosis, EffectEvidence, EffectReport, InputTiming, OpenHypothesis, ParameterReport, Rival, Tried,
+    Verdict,
 };
 use dynamics::effect::Role;
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
@@ -39,7 +42,11 @@ impl Names {
                     members.push((own.class(), self.place(name_of(&part.column.candidate))));
                 }
             } else {
-                members.push((own.class(), self.place(own.key(&model.problem.plant))));
+                let name = match own {
+                    Hypothesis::Timing(_) => "input timing".to_owned(),
+                    _ => own.key(&model.problem.plant),
+                };
+                members.push((own.class(), self.place(name)));
             }
         }
         members
@@ -63,7 +70,13 @@ pub(super) fn answered(
         .collect();
     let best = &pool.entries[pool.best()].model;
     let decision = decide(&models, names.list.len(), best.prior(session).is_off(&best.noise));
-    let told = Told { session, pool, models: &models, names: &names.list, decision: &decision, law };
+    let [leader, bare] = [decision.leader, 0].map(|place| &pool.entries[place]);
+    let beside = |before: &Entry| match (&leader.held_out, &before.held_out) {
+        (Some(own), Some(before)) => own.beside(before),
+        _ => on_fitted(session, &leader.model, &before.model),
+    };
+    let (compared, left) = (beside(bare), beside(leader));
+    let told = Told { session, pool, models: &models, names: &names.list, decision: &decision, law, compared, left };
     told.diagnosis(notes)
 }
 
@@ -80,6 +93,18 @@ struct Told<'a> {
     names: &'a [String],
     decision: &'a Decision,
     law: Option<&'a Law>,
+    /// The leading model beside the plant alone, over a horizon: on held-out data, on the fitted
+    /// ones where there are none.
+    compared: Option<Compared>,
+    /// The leading model beside itself: what it leaves.
+    left: Option<Compared>,
+}
+
+/// Free runs over a horizon of two models on the fitted recordings.
+fn on_fitted(session: &EstimationSession<'_>, own: &Model, bare: &Model) -> Option<Compared> {
+    let ground = Ground { session };
+    let of = |model: &Model| Horizons::new(&model.session(ground)?, &model.fit.linearised.linears, &model.noise);
+    of(own)?.beside(&of(bare)?)
 }
 
 impl Told<'_> {
@@ -92,14 +117,32 @@ impl Told<'_> {
     }
 
     fn verdict(&self) -> Verdict {
-        let is_quiet =
-            matches!(self.decision.verdict, Verdict::None | Verdict::NoiseModel | Verdict::ParameterConflict);
+        let is_quiet = matches!(
+            self.decision.verdict,
+            Verdict::None | Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming
+        );
         match self.law {
             Some(Law { kind: Kind::Instead, .. }) => Verdict::NotInCatalogue,
-            Some(Law { kind: Kind::Coloured, .. }) if is_quiet => Verdict::CannotDecide,
-            Some(Law { kind: Kind::Outliers, .. }) if is_quiet => Verdict::NoiseModel,
+            // energy that no law takes up and that moves nothing beyond the noise is noise
+            Some(Law { kind: Kind::Coloured, .. }) if is_quiet && self.leaves_more_than_noise() => {
+                Verdict::CannotDecide
+            }
+            Some(Law { kind: Kind::Coloured | Kind::Outliers, .. }) if self.decision.verdict == Verdict::None => {
+                Verdict::NoiseModel
+            }
+            _ if !is_quiet && self.is_irrelevant() => Verdict::None,
             _ => self.decision.verdict,
         }
+    }
+
+    /// Free runs of the leading model miss by more than its noise explains.
+    fn leaves_more_than_noise(&self) -> bool {
+        self.left.as_ref().is_some_and(|left| left.relevance().is_some())
+    }
+
+    /// Free runs show a misfit that noise cannot explain, and the leading model hardly any of it.
+    fn is_irrelevant(&self) -> bool {
+        self.compared.as_ref().and_then(Compared::relevance).is_some_and(|share| share < WORTH)
     }
 
     fn has_effects(&self) -> bool {
@@ -110,10 +153,23 @@ impl Told<'_> {
         let gain = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref()).map(|(own, bare)| own.gain(bare));
         match gain {
             // a name is not confirmed where the plant runs away with it
+            Some(gain) if self.runs_worse() && gain.status() == Status::Confirmed => Status::Unconfirmed,
             Some(gain) if gain.free_run_diverges() && gain.status() == Status::Confirmed => Status::Unconfirmed,
             Some(gain) => gain.status(),
             None => Status::Unconfirmed,
         }
+    }
+
+    /// A channel of a held-out recording is further from the data than without the names.
+    fn runs_worse(&self) -> bool {
+        self.compared.as_ref().is_some_and(|compared| compared.sites.iter().any(|site| site.is_worse))
+    }
+
+    fn input_timing(&self) -> Vec<InputTiming> {
+        let Some(shift_samples) = shift_of(&self.leader().model.set) else { return Vec::new() };
+        let shifts = |model: &&Weighted| model.members.iter().any(|(class, _)| *class == Class::Timing);
+        let probability = self.models.iter().filter(shifts).map(|model| model.weight).sum();
+        vec![InputTiming { shift_samples, probability }]
     }
 
     fn diagnosis(&self, notes: Vec<String>) -> Diagnosis {
@@ -132,7 +188,11 @@ impl Told<'_> {
         }
         diagnosis.nominal = self.nominal();
         diagnosis.held_out = self.held_out();
-        diagnosis.relevance_percent = self.shares().into_iter().reduce(f64::max).map(|share| 100.0 * share);
+        let compared = self.compared.as_ref().filter(|_| self.decision.leader != 0);
+        let relevance = compared.and_then(Compared::relevance);
+        diagnosis.relevance_percent = relevance.map(|share| 100.0 * share);
+        diagnosis.notes.extend(self.horizon());
+        diagnosis.input_timing = self.input_timing();
         diagnosis.detection_limits = self.limits();
         let ratios = bare.problem.unknowns.iter().zip(&bare.fit.ratio);
         let unseen = ratios.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO);
@@ -176,9 +236,15 @@ impl Told<'_> {
                 self.decision.found
             ),
             Verdict::ParameterConflict => format!("{key}: {odds:.1} nats ahead of the number as the file states it"),
+            Verdict::InputTiming => {
+                format!(
+                    "{key} (half a sample earlier: linear between stamps): {odds:.1} nats ahead of inputs held from their stamps"
+                )
+            }
             Verdict::NoiseModel => {
                 format!("the noise is not as stated; no physics is missing beside it: {}", self.noise())
             }
+            _ if self.is_irrelevant() && !matches!(self.decision.verdict, Verdict::None) => self.not_worth(&key),
             _ => "nothing is missing that this recording could show; see the detection limits".to_owned(),
         };
         format!("{reason}{beside}")

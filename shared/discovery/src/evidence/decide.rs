@@ -28,6 +28,14 @@ pub(super) const CONFLICT_FACTOR: f64 = 10.0;
 pub(super) const SAME: f64 = 2.0;
 /// Standard errors of a loss on held-out data from which a set is rejected: one-sided 5 %.
 pub(super) const HELD_OUT_SIGMA: f64 = 1.64;
+/// Standard deviation of the shift of inputs [samples]: held against linear between stamps.
+pub(super) const SHIFT_SIGMA: f64 = 0.5;
+/// Probability of calling a model worse, or its misfit felt, by chance: one-sided 5 %, as
+/// [`HELD_OUT_SIGMA`].
+pub(super) const WORSE: f64 = 0.05;
+/// Share of the misfit that noise cannot explain below which an effect is not worth adding: a rms
+/// 5 % smaller is what a reader sees in an overlay.
+pub(super) const WORTH: f64 = 0.1;
 /// Standard deviation of the logarithm of a rate or distance over which a law unfolds about the
 /// middle of its screening: a decade and a half of width, what a record resolves.
 pub(super) const WIDTH_SPREAD: f64 = 1.5;
@@ -47,6 +55,7 @@ pub(super) enum Class {
     Sensor,
     Noise,
     Conflict,
+    Timing,
 }
 
 /// A model as the decision sees it: its members (class and place in the list of all names), and
@@ -97,9 +106,11 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
             true if own(&[Class::Physics]).is_empty() => Verdict::Sensor,
             true => Verdict::Named,
         }
+    } else if weight(&[Class::Timing]) >= LEVEL {
+        Verdict::InputTiming
     } else if weight(&[Class::Conflict]) >= LEVEL {
         Verdict::ParameterConflict
-    } else if weight(&[Class::Noise, Class::Conflict]) >= LEVEL || noise_is_off {
+    } else if weight(&[Class::Noise, Class::Conflict, Class::Timing]) >= LEVEL || noise_is_off {
         Verdict::NoiseModel
     } else {
         Verdict::None
@@ -139,6 +150,8 @@ mod tests {
         assert_eq!(decide(&[model(&[], 1.0)], 0, true).verdict, Verdict::NoiseModel);
         let conflict = [model(&[], 0.05), model(&[(Class::Conflict, 0)], 0.95)];
         assert_eq!(decide(&conflict, 1, false).verdict, Verdict::ParameterConflict);
+        let timing = [model(&[], 0.05), model(&[(Class::Timing, 0)], 0.95)];
+        assert_eq!(decide(&timing, 1, false).verdict, Verdict::InputTiming);
         let sensor = [model(&[(Class::Sensor, 0)], 1.0)];
         assert_eq!(decide(&sensor, 1, false).verdict, Verdict::Sensor);
     }

@@ -6,6 +6,7 @@
 //! | the same law at all like sites | one amplitude a site, one prior probability for all |
 //! | coloured noise of a channel | its pole |
 //! | a number in conflict with its file | the same number, ten times its standard deviation |
+//! | inputs shifted by a share of a sample | the shift |
 //!
 //! An amplitude's standard deviation is that whose push has the rms of all that drives the record
 //! (`scale`).
@@ -17,6 +18,7 @@
 //! prior: an onset has one point a sample.
 
 use super::decide::{Class, WIDTH_SPREAD};
+use super::timing;
 use crate::score::candidates::motion;
 use crate::score::{Candidate, Column};
 use dynamics::description::{Plant, SiteKind};
@@ -73,6 +75,8 @@ pub(super) enum Hypothesis {
     Coloured(usize),
     /// By the name of its unknown.
     Conflict(String),
+    /// All recorded inputs later by a share of a sample.
+    Timing(f64),
 }
 
 impl Hypothesis {
@@ -89,6 +93,7 @@ impl Hypothesis {
             }
             Self::Coloured(channel) => format!("coloured noise of {}", plant.sensors[*channel].name),
             Self::Conflict(name) => format!("conflict of {name}"),
+            Self::Timing(shift) => format!("inputs later by {shift} samples"),
         }
     }
 
@@ -100,12 +105,14 @@ impl Hypothesis {
             Self::Effect(_) => Class::Physics,
             Self::Coloured(_) => Class::Noise,
             Self::Conflict(_) => Class::Conflict,
+            Self::Timing(_) => Class::Timing,
         }
     }
 
     /// Logarithm of the number of grid points that it was picked from.
     pub(super) fn log_points(&self) -> f64 {
-        self.parts().iter().map(|part| part.log_points).sum()
+        let own = if let Self::Timing(shift) = self { timing::log_points(*shift) } else { 0.0 };
+        own + self.parts().iter().map(|part| part.log_points).sum::<f64>()
     }
 }
 

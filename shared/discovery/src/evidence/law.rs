@@ -46,7 +46,7 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
     };
     let beside = of(best);
     // a law alone that is ahead of the names
-    let alone = if best == 0 { None } else { of(0).filter(|(nats, _)| *nats > pool.log_odds(best) + level) };
+    let alone = if best == 0 { None } else { of(0).filter(|(nats, _)| *nats > pool.log_odds_here(best) + level) };
     let has_names = pool.entries[best].model.set.iter().any(|own| !own.parts().is_empty());
     let (instead, beside) = if has_names { (alone, beside) } else { (beside, None) };
     if let Some((nats, found)) = instead {

@@ -4,11 +4,12 @@ use super::decide::CONFLICT_FACTOR;
 use super::hypothesis::{Hypothesis, InnerPrior, log_swap, unknown_of};
 use super::marginal::{Bound, log_marginal};
 use super::noise::{Linearly, NoisePrior};
+use super::temper::Instants;
+use super::timing::{as_seen, shift_of};
 use crate::compete::augmented;
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, Normal, fit};
-use identification::held_out::instants;
 use identification::problem::{Problem, Unknown};
 
 /// Alternations between unknowns and noise, relinearisations of each, and the decrease of
@@ -40,7 +41,7 @@ pub(super) struct Model {
     /// `ln ∫ p(D|θ, φ, η) p(θ, φ, η)`, points of grids included, up to a constant of the data.
     pub log_marginal: f64,
     /// Log-likelihood of every instant at the mode.
-    pub terms: Vec<f64>,
+    pub terms: Instants,
 }
 
 /// The recordings, the plant without hypotheses, and the noise as stated.
@@ -68,11 +69,23 @@ impl Model {
 
     /// A session of the recordings with this model's plant.
     pub(super) fn session<'m>(&'m self, ground: Ground<'_>) -> Option<EstimationSession<'m>> {
-        EstimationSession::like_at(ground.session, &self.problem, Some(&self.start)).ok()
+        session_of(ground, &self.set, &self.problem, &self.start)
     }
 
     pub(super) fn log_likelihood(&self) -> f64 {
-        self.terms.iter().sum()
+        self.terms.sum()
+    }
+
+    /// Members that another model lacks.
+    pub(super) fn beyond(&self, other: &Self) -> Vec<Hypothesis> {
+        let key = |own: &Hypothesis| own.key(&self.problem.plant);
+        let theirs: Vec<String> = other.set.iter().map(key).collect();
+        self.set.iter().filter(|own| !theirs.contains(&key(own))).cloned().collect()
+    }
+
+    /// It has every member of another model, and more.
+    pub(super) fn holds(&self, other: &Self) -> bool {
+        self.set.len() > other.set.len() && self.beyond(other).len() + other.set.len() == self.set.len()
     }
 
     /// Keys of its members, in alphabetical order.
@@ -92,13 +105,24 @@ fn coloured(set: &[Hypothesis]) -> Vec<usize> {
     set.iter().filter_map(|own| if let Hypothesis::Coloured(channel) = own { Some(*channel) } else { None }).collect()
 }
 
+/// A session of the recordings with `problem`'s plant, inputs as `set` has them.
+fn session_of<'m>(
+    ground: Ground<'_>,
+    set: &[Hypothesis],
+    problem: &'m Problem,
+    start: &[f64],
+) -> Option<EstimationSession<'m>> {
+    let session = EstimationSession::like_at(ground.session, problem, Some(start)).ok()?;
+    if shift_of(set).is_some() { session.in_parts(session.parts).ok() } else { Some(session) }
+}
+
 /// `bare` with the effects of `set` at `share` of their amplitudes, and where its unknowns start.
 fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Vec<f64>)> {
     let mut plant = bare.plant.clone();
     for part in set.iter().flat_map(Hypothesis::parts) {
         plant = augmented(&plant, &part.column, &part.amplitude, share)?.0;
     }
-    let mut problem = bare.with_plant(&plant);
+    let mut problem = as_seen(bare.with_plant(&plant), set);
     let start = problem.unknowns.iter().map(|unknown| unknown.prior).collect();
     for part in set.iter().flat_map(Hypothesis::parts) {
         let candidate = &part.column.candidate;
@@ -151,12 +175,18 @@ pub(super) fn settled(
     (start, theta): (Vec<f64>, &[f64]),
     noise: &NoiseModel,
 ) -> Option<Model> {
-    let session = EstimationSession::like_at(ground.session, &problem, Some(&start)).ok()?;
+    let session = session_of(ground, set, &problem, &start)?;
     let prior = NoisePrior::new(ground.session, coloured(set));
     let mut noise = prior.begun(noise);
     let (mut theta, mut objective) = (theta.to_vec(), f64::INFINITY);
     let mut best: Option<(Fit, NoiseModel, f64)> = None;
+    let work = &session.work;
+    let mut turn = 0.0;
     for _ in 0..TURNS_MAX {
+        if !work.allows_step(turn) {
+            break;
+        }
+        let begun = work.spent();
         let found = fit(&session, &problem.plant, &theta, &noise, ROUNDS).ok()?;
         let (extra, room) = (&[][..], &[][..]);
         let linear = Linearly { session: &session, linearised: &found.linearised, theta: &found.theta, extra, room };
@@ -168,6 +198,7 @@ pub(super) fn settled(
             best = Some((found, own.noise, own.objective));
         }
         objective = objective.min(own.objective);
+        turn = work.spent() - begun;
         if gained < SETTLED {
             break;
         }
@@ -179,7 +210,7 @@ pub(super) fn settled(
     let swap = log_swap(set, &problem.unknowns, &fit.theta);
     let points: f64 = set.iter().map(Hypothesis::log_points).sum();
     let log_marginal = log_marginal(&normal, &bounds(&problem, &fit, &normal))? + width + swap - points;
-    let terms = instants(&session, &fit.linearised.linears, &noise)?.0.into_iter().map(|(_, term)| term).collect();
+    let terms = Instants::new(&session, &fit.linearised.linears, &noise)?;
     let model =
         Model { set: set.to_vec(), start, fit, noise, objective, log_marginal, terms, problem: problem.clone() };
     log_marginal.is_finite().then_some(model)

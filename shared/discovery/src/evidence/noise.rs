@@ -335,3 +335,6 @@ impl Linearly<'_> {
         Some(best.0)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,9 @@
 //! Fitted models side by side, compared by pairs.
 
-use super::model::Model;
+use super::hypothesis::Hypothesis;
+use super::model::{Model, key};
 use super::predict::HeldOut;
 use super::screen::Looked;
-use super::temper::tempered;
 use std::collections::BTreeSet;
 
 /// Nats behind the best within which a model is kept and expanded (odds of 1.6e5), and models kept.
@@ -46,10 +46,15 @@ pub(super) struct Pool {
     pub dearest: f64,
 }
 
+/// A set without coloured noise.
+pub(super) fn without_colour(set: &[Hypothesis]) -> Vec<Hypothesis> {
+    set.iter().filter(|own| !matches!(own, Hypothesis::Coloured(_))).cloned().collect()
+}
+
 impl Pool {
     /// Evidence and held-out nats of an entry with the prior of its set, before tempering.
     fn score(&self, entry: &Entry) -> f64 {
-        let held_out = entry.held_out.as_ref().map_or(0.0, |own| own.terms.iter().sum::<f64>() + own.log_width);
+        let held_out = entry.held_out.as_ref().map_or(0.0, |own| own.terms.sum() + own.log_width);
         entry.model.log_marginal + held_out - self.log_m * entry.model.set.len() as f64
     }
 
@@ -57,16 +62,16 @@ impl Pool {
     fn ahead(&self, a: usize, b: usize) -> f64 {
         let [ours, theirs] = [a, b].map(|place| &self.entries[place]);
         let mut ahead = self.score(ours) - self.score(theirs);
-        let [whole, counts] = tempered(&ours.model.terms, &theirs.model.terms);
+        let [whole, counts] = ours.model.terms.tempered(&theirs.model.terms);
         ahead += counts - whole;
         match (&ours.held_out, &theirs.held_out) {
             (Some(own), Some(other)) => {
-                let [whole, counts] = tempered(&own.terms, &other.terms);
+                let [whole, counts] = own.terms.tempered(&other.terms);
                 ahead += counts - whole;
             }
             // a plant that does not survive what another one predicts
-            (Some(own), None) => ahead -= own.terms.iter().sum::<f64>() + own.log_width,
-            (None, Some(other)) => ahead += other.terms.iter().sum::<f64>() + other.log_width,
+            (Some(own), None) => ahead -= own.terms.sum() + own.log_width,
+            (None, Some(other)) => ahead += other.terms.sum() + other.log_width,
             (None, None) => {}
         }
         ahead
@@ -92,6 +97,13 @@ impl Pool {
         best
     }
 
+    /// The entry is the leader without its coloured noise.
+    fn is_leader_in_white(&self, place: usize, best: usize) -> bool {
+        let [entry, leader] = [place, best].map(|place| &self.entries[place].model);
+        let white = without_colour(&leader.set);
+        white.len() < leader.set.len() && key(&white, &leader.problem) == entry.key()
+    }
+
     /// Posterior weight of every entry.
     pub(super) fn weights(&self) -> Vec<f64> {
         let best = self.best();
@@ -106,12 +118,19 @@ impl Pool {
         self.ahead(place, 0)
     }
 
+    /// The same of the fitted recordings alone, no gain tempered: as the evidence of a law is.
+    pub(super) fn log_odds_here(&self, place: usize) -> f64 {
+        let [own, bare] = [place, 0].map(|place| &self.entries[place].model);
+        own.log_marginal - bare.log_marginal - self.log_m * own.set.len() as f64
+    }
+
     /// The best model within the beam that has not been expanded.
     pub(super) fn next(&self) -> Option<usize> {
         let best = self.best();
         let open = |place: &usize| {
             let entry = &self.entries[*place];
-            !entry.expanded && !entry.rejected && self.ahead(*place, best) > -BEAM
+            let is_near = self.ahead(*place, best) > -BEAM || self.is_leader_in_white(*place, best);
+            !entry.expanded && !entry.rejected && is_near
         };
         let all = (0..self.entries.len()).filter(open);
         all.max_by(|a, b| self.ahead(*a, best).total_cmp(&self.ahead(*b, best)))
@@ -123,7 +142,9 @@ impl Pool {
         let mut order: Vec<(f64, usize)> =
             (1..self.entries.len()).map(|place| (self.ahead(place, best), place)).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let kept = order.into_iter().filter(|(ahead, place)| *ahead > -BEAM || *place == best).take(MODELS_MAX);
+        let stays =
+            |(ahead, place): &(f64, usize)| *ahead > -BEAM || *place == best || self.is_leader_in_white(*place, best);
+        let kept = order.into_iter().filter(stays).take(MODELS_MAX);
         let mut kept: Vec<usize> = kept.map(|(_, place)| place).chain([0]).collect();
         kept.sort_unstable();
         let mut place = 0;

@@ -5,12 +5,16 @@
 //! over it would make every law look worse than none. Numbers of one recording are fitted on it, as
 //! are numbers that the fitted recordings did not tell.
 
+use super::decide::{Class, HELD_OUT_SIGMA};
+use super::horizon::{Compared, Horizons};
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model};
 use super::noise::{Linearly, NoisePrior};
+use super::temper::Instants;
+use super::timing::{as_seen, shift_of};
 use dynamics::description::{Plant, Quantity, Scope};
 use identification::fit::{EstimationSession, LinearisedProblem, NOT_FOUND_RATIO, fit};
-use identification::held_out::{ChannelFit, Gain, Predictor, block_s, blocks, free_run, instants};
+use identification::held_out::{ChannelFit, Gain, Predictor, block_s, blocks, free_run};
 use identification::problem::{Problem, Unknown};
 
 /// Relinearisations of the numbers of one recording.
@@ -20,32 +24,50 @@ const OWN_ROUNDS: usize = 3;
 #[derive(Clone)]
 pub(super) struct HeldOut {
     /// Log-likelihood of every instant.
-    pub terms: Vec<f64>,
-    times_s: Vec<f64>,
+    pub terms: Instants,
     block_s: f64,
     /// `ln` of the noise's share of the evidence there.
     pub log_width: f64,
     pub free: Vec<ChannelFit>,
+    horizons: Option<Horizons>,
 }
 
 impl HeldOut {
     /// Nats ahead of `other`, in blocks of time.
     pub(super) fn gain(&self, other: &Self) -> Gain {
-        let own = self.times_s.iter().zip(&self.terms).zip(&other.terms);
+        let own = self.terms.times_s.iter().zip(&self.terms.log_likelihood).zip(&other.terms.log_likelihood);
         let gain = blocks(&own.map(|((t, a), b)| (*t, a - b)).collect::<Vec<_>>(), self.block_s);
         gain.beside_free_runs(&other.free, &self.free)
     }
+
+    /// Free runs over a horizon beside those of `other`.
+    pub(super) fn beside(&self, other: &Self) -> Option<Compared> {
+        self.horizons.as_ref().zip(other.horizons.as_ref()).and_then(|(own, other)| own.beside(other))
+    }
+
+    /// These data reject `set` for `other`, a part of it: its likelihood falls and its free run
+    /// comes no nearer, or that goes further away. An error of a reading, noise, and a number moves
+    /// nothing that free runs could judge.
+    pub(super) fn rejects(&self, set: &[Hypothesis], other: &Self) -> bool {
+        let gain = self.gain(other);
+        let moves = set.iter().any(|own| own.class() == Class::Physics);
+        let compared = if moves { self.beside(other) } else { None };
+        let loses = gain.loglik_gain + HELD_OUT_SIGMA * gain.gain_se < 0.0;
+        let comes_nearer = compared.as_ref().is_some_and(Compared::is_better);
+        loses && !comes_nearer || compared.is_some_and(|compared| compared.is_worse())
+    }
 }
 
-/// Predicts `other` by `model`; `bare` has the parameters of the plant without hypotheses, and which
-/// of them the fitted recordings tell. `None`: the plant does not survive the recording.
+/// Predicts `other` by `model`; `bare` has the parameters of the plant without hypotheses, and
+/// which of them the fitted recordings tell. `None`: the plant does not survive the recording.
 pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare: &Model) -> Option<HeldOut> {
     let own = bare.problem.unknowns.iter().zip(&bare.fit.ratio);
     let unseen: Vec<&str> = own.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO).map(|(u, _)| &*u.name).collect();
     let plant = frozen(&model.problem.plant, (&model.problem.unknowns, &model.fit.theta), &unseen);
-    let problem = other.with_plant(&plant);
+    let problem = as_seen(other.with_plant(&plant), &model.set);
     let blank = EstimationSession::counted(other, ground.session.threads, ground.session.work.clone()).ok()?;
     let session = EstimationSession::like(&blank, &problem).ok()?;
+    let session = if shift_of(&model.set).is_some() { session.in_parts(1).ok()? } else { session };
     let coloured = model.set.iter().filter_map(|h| if let Hypothesis::Coloured(c) = h { Some(*c) } else { None });
     let prior = NoisePrior::new(&blank, coloured.collect());
     let start = prior.begun(&model.noise);
@@ -59,10 +81,10 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let linear = Linearly { session: &session, linearised: &linearised, theta: &theta, extra: &[], room: &[] };
     let noise = linear.settled(&start, &prior)?.noise;
     let log_width = linear.log_width_expected(&noise, &prior)?;
-    let found = instants(&session, &linearised.linears, &noise)?.0;
-    let (times_s, terms) = found.into_iter().unzip();
+    let terms = Instants::new(&session, &linearised.linears, &noise)?;
+    let horizons = Horizons::new(&session, &linearised.linears, &noise);
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
-    Some(HeldOut { terms, times_s, block_s: block_s(&session), log_width, free })
+    Some(HeldOut { terms, block_s: block_s(&session), log_width, free, horizons })
 }
 
 /// `plant` with its shared numbers known as fitted, except those that the recordings did not tell.

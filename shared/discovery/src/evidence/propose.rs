@@ -5,13 +5,14 @@
 //! all these columns; groups are one law at all like sites; a number in conflict with its file has
 //! a closed form, as the pole of a channel has from the slope along it.
 
-use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR};
+use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR, SHIFT_SIGMA};
 use super::hypothesis::{Hypothesis, Part};
 use super::marginal::{Bound, log_marginal};
 use super::model::{Ground, Model, cut_at_nothing, key};
 use super::noise::Linearly;
 use super::pool::BEAM;
 use super::screen::{Rated, Screened};
+use super::timing::{SHIFTS, is_possible, shift_of, shifted};
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Normal};
 
@@ -26,7 +27,7 @@ const OTHERS_MAX: usize = 2;
 const KIN_MAX: usize = 4;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
 /// over the linear problem with free noise.
-const WORTH: f64 = 2.5;
+const WORTH: f64 = 1.0;
 const WORTH_SHARE: f64 = 0.2;
 
 /// Hypotheses that join a model, with the noise to begin from.
@@ -69,6 +70,7 @@ pub(super) fn proposals(
     list.extend(relatives);
     let mut others = look.coloured();
     others.extend(look.conflicts());
+    others.extend(look.timing(bare));
     others.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     list.extend(others.into_iter().filter(|own| own.log_bayes > WORTH).take(OTHERS_MAX));
     (list, left)
@@ -244,6 +246,31 @@ impl Look<'_> {
             Proposal { set, log_bayes: gain - occam, noise: noise.clone() }
         };
         white.map(of).collect()
+    }
+
+    /// Inputs shifted by the share of a sample that the linear problem asks for, where it asks for
+    /// one.
+    fn timing(&self, bare: f64) -> Option<Proposal> {
+        if shift_of(&self.model.set).is_some() || !is_possible(&self.model.problem) {
+            return None;
+        }
+        let (plant, theta) = (&self.model.problem.plant, &self.model.fit.theta[..]);
+        let linearised = &self.model.fit.linearised;
+        let problem = shifted(&self.model.problem, SHIFT_SIGMA);
+        let session = EstimationSession { problem: &problem, ..self.session.clone() };
+        let session = session.in_parts(session.parts).ok()?;
+        let nu = session.innovations(plant, theta, &linearised.linears, &|_| true)?;
+        let change = linearised.nu.iter().zip(&nu).map(|(own, moved)| own - moved).collect();
+        let (extra, room) = ([change], [[-2.0, 2.0]]);
+        let linear = Linearly { session: self.session, linearised, theta, extra: &extra, room: &room };
+        let prior = self.model.prior(self.ground.session);
+        let noise = linear.settled(&self.model.noise, &prior)?.noise;
+        let normal = linear.normal(&noise)?;
+        let (_, x) = normal.least()?;
+        let value = log_marginal(&normal, &[])? + linear.log_width_expected(&noise, &prior)?;
+        let wanted = SHIFT_SIGMA * x[normal.unknowns];
+        let nearest = SHIFTS.iter().min_by(|a, b| (**a - wanted).abs().total_cmp(&(**b - wanted).abs()))?;
+        Some(Proposal { set: vec![Hypothesis::Timing(*nearest)], log_bayes: value - bare, noise })
     }
 
     /// Parameters of the plant that a wider prior would move: with the likelihood of one number z

@@ -15,6 +15,7 @@ use crate::compete::Multiplicity;
 use crate::score::refine::refined;
 use crate::score::{
     Candidate, Column, LIMIT_D, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
+    thin,
 };
 use identification::dot::dot;
 use identification::filter::NoiseModel;
@@ -65,7 +66,8 @@ pub(super) fn screen(ground: Ground<'_>, model: &Model, without: &[String]) -> O
     let (found_lines, found_orders) = longest(&session, model);
     let jumps = instants((&session, linearised), along, plant, theta, &noises[1]);
     let found = (&found_lines, &found_orders[..], &jumps);
-    let list = candidates(&model.problem, plant, &linearised.linears, period_s, found, without);
+    let mut list = candidates(&model.problem, plant, &linearised.linears, period_s, found, without);
+    thin(&session, (plant, theta), &mut list);
     let mut all = columns(along, plant, theta, &list);
     let scorers: Vec<Scorer<'_, '_>> =
         noises.iter().filter_map(|noise| Scorer::new(&session, linearised, theta, noise)).collect();

@@ -2,17 +2,20 @@
 //!
 //! Each turn takes the best model of the pool that has not been expanded and that lies within the
 //! beam of the best one: hypotheses are proposed about it, alone and in pairs, and each of its
-//! members is taken out. One path is not the posterior: a single law that leads may keep the right
-//! pair from ever being met, and several sets live side by side. A leader stands where its evidence
-//! stays as its steps of integration are halved; else the whole pool moves to finer steps.
+//! members is taken out. Coloured noise that was adopted early hides physics: the leader without it
+//! is expanded however far behind it is. One path is not the posterior: a single law that leads may
+//! keep the right pair from ever being met, and several sets live side by side. A leader stands
+//! where its evidence stays as its steps of integration are halved; else the whole pool moves to
+//! finer steps.
 
-use super::decide::{Class, HELD_OUT_SIGMA, PRIOR_ODDS, SAME};
+use super::decide::{PRIOR_ODDS, SAME};
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, fitted, key, settled};
-use super::pool::{Entry, Open, Pool};
+use super::pool::{Entry, Open, Pool, without_colour};
 use super::predict::predicted;
 use super::propose::{Proposal, proposals};
 use super::screen::screen;
+use super::timing::shift_of;
 use crate::diagnose::Options;
 use identification::fit::EstimationSession;
 use std::collections::BTreeSet;
@@ -69,17 +72,26 @@ impl Pool {
         let bare = self.entries.first().map_or(&model, |entry| &entry.model);
         let other = options.held_out.as_ref();
         let held_out = other.and_then(|other| predicted(ground, other, &model, bare));
-        let mut entry = Entry { model, held_out, expanded: false, rejected: false };
-        let before = self.entries.first().and_then(|entry| entry.held_out.as_ref());
-        if let (Some(own), Some(before)) = (&entry.held_out, before) {
-            let gain = own.gain(before);
-            // an error of a reading is not judged by free runs: it moves nothing
-            let moves = entry.model.set.iter().any(|own| own.class() == Class::Physics);
-            let runs_better = moves && gain.free_run < 1.0;
-            entry.rejected = gain.loglik_gain + HELD_OUT_SIGMA * gain.gain_se < 0.0 && !runs_better;
+        let is_lost = self.entries.first().is_some_and(|entry| entry.held_out.is_some()) && held_out.is_none();
+        self.entries.push(Entry { model, held_out, expanded: false, rejected: is_lost });
+        self.reject_supersets();
+    }
+
+    /// Held-out data reject a set for any part of it that they do not reject.
+    fn reject_supersets(&mut self) {
+        let new = self.entries.len() - 1;
+        for other in 0..new {
+            for (larger, smaller) in [(new, other), (other, new)] {
+                let [own, part] = [larger, smaller].map(|place| &self.entries[place]);
+                if own.rejected || part.rejected || !own.model.holds(&part.model) {
+                    continue;
+                }
+                let both = own.held_out.as_ref().zip(part.held_out.as_ref());
+                let more = own.model.beyond(&part.model);
+                let rejects = both.is_some_and(|(own, part)| own.rejects(&more, part));
+                self.entries[larger].rejected |= rejects;
+            }
         }
-        entry.rejected |= before.is_some() && entry.held_out.is_none();
-        self.entries.push(entry);
     }
 
     /// Fits what is proposed about an entry, and the entry without each of its members.
@@ -100,7 +112,9 @@ impl Pool {
             }
             let before = self.entries.len();
             let joined = [&model.set[..], &set].concat();
-            self.fit(ground, &joined, (&model, &noise), model.objective, options);
+            // inputs at another time hold none of what is fitted
+            let contained = if shift_of(&set).is_some() { f64::INFINITY } else { model.objective };
+            self.fit(ground, &joined, (&model, &noise), contained, options);
             let is_refused = self.entries.get(before).is_some_and(|entry| entry.rejected);
             if let ([own], true) = (&keys[..], is_refused) {
                 self.refused.insert(own.clone());
@@ -110,6 +124,10 @@ impl Pool {
         let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
         let left: Vec<Open> = left.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
         self.open.extend(left);
+        let white = without_colour(&model.set);
+        if white.len() < model.set.len() {
+            self.fit(ground, &white, (&model, &model.noise), f64::INFINITY, options);
+        }
         for gone in 0..model.set.len() {
             let mut set = model.set.clone();
             set.remove(gone);
@@ -154,7 +172,7 @@ impl Pool {
             return false;
         }
         self.parts *= 2;
-        own.timelines = finer.timelines;
+        (own.timelines, own.parts) = (finer.timelines, finer.parts);
         true
     }
 

@@ -21,9 +21,44 @@ fn a_complete_plant_lacks_nothing() {
 }
 
 #[test]
+fn dry_friction_is_named_alone_and_a_second_recording_confirms_it() {
+    let nominal = plant("pendulum");
+    let mut truth = nominal.clone();
+    truth.add_effect("joint_coulomb", &"joint:pivot".parse().unwrap(), &[("force", 0.05)]).unwrap();
+    let found = diagnosed(&nominal, recording(&truth, 5, 5.0), Some(recording(&truth, 6, 5.0)));
+    let names: Vec<_> = found.effects.iter().map(|own| (&*own.kind, own.probability, own.status)).collect();
+    assert_eq!(found.verdict, Verdict::Named, "{} {names:?}", found.reason);
+    assert!(names.len() == 1 && names[0].0 == "joint_coulomb", "{names:?}");
+    let force = &found.effects[0].parameters[0];
+    assert!((force.value - 0.05).abs() < 3.0 * force.sigma, "{force:?}");
+    // over a horizon it takes away all that noise does not explain
+    assert!(found.relevance_percent.is_some_and(|share| share > 95.0), "{:?}", found.relevance_percent);
+    let confirmed = found.effects[0].status;
+    assert_eq!(confirmed, identification::held_out::Status::Confirmed);
+}
+
+#[test]
 fn noise_that_remembers_is_noise_and_no_physics() {
     let nominal = plant("pendulum");
     let found = diagnosed(&nominal, coloured(&nominal, 5, 5.0, 0.8), None);
     assert_eq!(found.verdict, Verdict::NoiseModel, "{}", found.reason);
     assert!(found.effects.is_empty());
+}
+
+/// Every command stands one row too late in the log.
+#[test]
+fn commands_that_are_logged_late_are_a_matter_of_timing_and_no_physics() {
+    let nominal = plant("oscillator");
+    let late = |seed: u64| {
+        let mut recorded = recording(&nominal, seed, 4.0);
+        let command = recorded.channels.iter_mut().find(|channel| channel.name == "shaker").unwrap();
+        command.value.rotate_right(1);
+        command.value[0] = 0.0;
+        recorded
+    };
+    let found = diagnosed(&nominal, late(5), Some(late(6)));
+    assert_eq!(found.verdict, Verdict::InputTiming, "{}", found.reason);
+    assert!(found.effects.is_empty());
+    let [timing] = &found.input_timing[..] else { panic!("{:?}", found.input_timing) };
+    assert!((timing.shift_samples + 1.0).abs() < 0.3 && timing.probability > 0.9, "{timing:?}");
 }

@@ -4,7 +4,7 @@
 use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip};
 use crate::problem::{Problem, Timeline};
-use crate::work::{of_evaluations, of_whitening};
+use crate::work::{of_evaluations, of_products, of_whitening};
 use channel::{Channel, channel};
 use dynamics::description::Plant;
 use dynamics::system::{RungeKutta, System, Workspace};
@@ -118,6 +118,16 @@ impl<'a> Propagator<'a> {
     pub fn pass_work(&self) -> f64 {
         let parts: usize = self.timeline.events.iter().map(|event| event.steps).sum::<usize>() * self.finer;
         of_evaluations(4 * parts, &self.system)
+    }
+
+    /// Work of a linear model of the run, of `unknowns` passes beside it, and of their products; a
+    /// transition costs a third of its flows.
+    pub fn round_work(&self, unknowns: usize) -> f64 {
+        let (n, m, z) = (self.layout.tangent, self.layout.noise_inputs.len(), self.layout.len());
+        let (events, samples) = (self.timeline.events.len(), self.timeline.value.len());
+        let flows = (n + m + self.layout.clone + 1).div_ceil(3) + unknowns + 1;
+        let white = of_whitening([n, m, z], [events, samples], unknowns + 1) + of_products(samples, unknowns + 1);
+        flows as f64 * self.pass_work() + self.recursion_work() + white
     }
 
     /// Steps of integration for each of the timeline's.

@@ -146,10 +146,7 @@ impl<R: Row> Recursion<R> {
     ) -> bool {
         let count = channels.len();
         let row_len = rows.len() / count;
-        while self.h.len() < count {
-            let size = self.size.next_multiple_of(QUAD);
-            [&mut self.h, &mut self.v, &mut self.k].into_iter().for_each(|list| list.push(R::zeros(size)));
-        }
+        self.make_room(count);
         self.factor.clear();
         self.factor.resize(count * count, 0.0);
         for (slot, channel) in channels.iter().enumerate() {
@@ -158,10 +155,8 @@ impl<R: Row> Recursion<R> {
         }
         for (slot, channel) in channels.iter().enumerate() {
             self.fill_row(slot, *channel, &rows[slot * row_len..(slot + 1) * row_len]);
-            let sigma = noise.sensor_sigma[*channel];
-            let white = if self.layout.colour_of[*channel].is_some() { WHITE_SHARE * sigma } else { sigma };
-            let early = noise.jitter_s[*channel] * slope[slot];
-            if !self.absorb(slot, count, white * white + early * early) {
+            let own = self.own(noise, *channel, slope[slot]);
+            if !self.absorb(slot, count, own) {
                 return false;
             }
         }
@@ -170,6 +165,52 @@ impl<R: Row> Recursion<R> {
         }
         self.solve(count);
         true
+    }
+
+    fn make_room(&mut self, count: usize) {
+        while self.h.len() < count {
+            let size = self.size.next_multiple_of(QUAD);
+            [&mut self.h, &mut self.v, &mut self.k].into_iter().for_each(|list| list.push(R::zeros(size)));
+        }
+    }
+
+    /// Coloured noise and lags move on, and the readings are not taken up: the variance of each.
+    pub fn spread(
+        &mut self,
+        noise: &NoiseModel,
+        channels: &[usize],
+        rows: &[f64],
+        (decay, slope): (&[f64], &[f64]),
+    ) -> Vec<f64> {
+        let row_len = rows.len() / channels.len();
+        self.make_room(1);
+        for (slot, channel) in channels.iter().enumerate() {
+            self.colour(noise, *channel);
+            self.lag(*channel, &rows[slot * row_len..(slot + 1) * row_len], decay[slot]);
+        }
+        let of = |(slot, channel): (usize, &usize)| {
+            self.fill_row(0, *channel, &rows[slot * row_len..(slot + 1) * row_len]);
+            let own = self.own(noise, *channel, slope[slot]);
+            let (h, v) = (self.h[0].numbers(), self.v[0].numbers_mut());
+            v.fill(0.0);
+            combine(v, h, &self.p);
+            product(h, v) + own
+        };
+        channels.iter().enumerate().map(of).collect()
+    }
+
+    /// The covariance of another recursion of the same layout.
+    pub fn take_covariance(&mut self, other: &Self) {
+        self.p.iter_mut().zip(&other.p).for_each(|(p, other)| p.numbers_mut().copy_from_slice(other.numbers()));
+    }
+
+    /// Variance of a reading beside what z has of it.
+    #[inline(always)]
+    fn own(&self, noise: &NoiseModel, channel: usize, slope: f64) -> f64 {
+        let sigma = noise.sensor_sigma[channel];
+        let white = if self.layout.colour_of[channel].is_some() { WHITE_SHARE * sigma } else { sigma };
+        let early = noise.jitter_s[channel] * slope;
+        white * white + early * early
     }
 
     #[inline(always)]

@@ -30,7 +30,8 @@ pub fn fit_by_continuation(session: &EstimationSession<'_>, rounds: impl Into<Ro
     let from = |theta: &[f64], rounds: Rounds| fit(session, plant, theta, &session.noise, rounds);
     let direct = from(&session.prior(), rounds.without_more());
     let is_near = direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < CHI2_PER_SAMPLE_NEAR);
-    let approached = if is_near || session.noise.input_sigma.is_empty() {
+    let has_room = || session.work.allows_step(0.0);
+    let approached = if is_near || session.noise.input_sigma.is_empty() || !has_room() {
         None
     } else {
         approached(session).and_then(|theta| from(&theta, rounds.without_more())).ok()
@@ -40,7 +41,7 @@ pub fn fit_by_continuation(session: &EstimationSession<'_>, rounds: impl Into<Ro
         (Err(_), Some(approached)) => approached,
         (direct, _) => direct?,
     };
-    if best.converged || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
+    if best.converged || rounds.more == 0 || !has_room() { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
 /// Where fits under disturbances of ever lower variance end, from those on that explain the misfit
@@ -54,6 +55,9 @@ fn approached(session: &EstimationSession<'_>) -> Result<Vec<f64>, FitError> {
         noise
     };
     let explains = |power: &usize| {
+        if !session.work.allows_step(0.0) {
+            return true;
+        }
         let noise = driven(*power);
         let linearised = LinearisedProblem::new(session, plant, &theta, &noise).ok();
         let normal = linearised.and_then(|linearised| linearised.normal(session, &theta, &noise, &[]));

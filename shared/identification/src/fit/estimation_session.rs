@@ -8,6 +8,7 @@ use crate::work::Work;
 use dynamics::description::Plant;
 use dynamics::system::System;
 
+mod cost;
 mod floors;
 mod start;
 
@@ -33,6 +34,8 @@ pub struct EstimationSession<'p> {
     /// First sample of each run in the vector of all.
     pub offsets: Vec<usize>,
     pub samples: usize,
+    /// Parts that each step of integration is taken in.
+    pub parts: usize,
     /// What all sessions of one diagnosis have computed.
     pub work: std::sync::Arc<Work>,
 }
@@ -94,6 +97,7 @@ impl<'p> EstimationSession<'p> {
             added: none,
             offsets,
             samples,
+            parts: 1,
             work,
         };
         session.added = std::sync::Arc::new(start::added(&session, &system, &session.prior()));
@@ -142,6 +146,7 @@ impl<'p> EstimationSession<'p> {
             added: std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]),
             offsets: other.offsets.clone(),
             samples: other.samples,
+            parts: other.parts,
             work: other.work.clone(),
         };
         let theta = theta.map_or_else(|| session.prior(), <[f64]>::to_vec);
@@ -157,7 +162,7 @@ impl<'p> EstimationSession<'p> {
         let equipped = equip(&self.problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
         let own = timelines(self.problem, &equipped, &system, parts)?;
-        Ok(Self { timelines: std::sync::Arc::new(own), ..self.clone() })
+        Ok(Self { timelines: std::sync::Arc::new(own), parts, ..self.clone() })
     }
 
     /// Session of the same plant with other commands and readings at the same instants.
@@ -264,16 +269,6 @@ impl<'p> EstimationSession<'p> {
             let offset = self.offsets[run];
             column[offset..offset + self.timelines[run].value.len()].fill(0.0);
         }
-    }
-
-    /// Work of a pass over all runs.
-    pub fn pass_work(&self, plant: &Plant, theta: &[f64]) -> f64 {
-        let of = |run: usize| {
-            let instance = self.problem.instance(plant, theta, run);
-            Propagator::new(self.problem, run, &instance, &self.timelines[run])
-                .map_or(0.0, |propagator| propagator.pass_work())
-        };
-        (0..self.timelines.len()).map(of).sum()
     }
 
     /// Innovations of `plant` with the gains of `linears`; runs that `concerned` denies keep theirs

@@ -153,3 +153,28 @@ fn a_slosh_frequency_that_slips_cycles_is_found_by_way_of_disturbances() {
         assert!(z.abs() < 4.0, "{name}: {} ± {}", found.theta[at], found.sigma[at]);
     }
 }
+
+/// A fit from far off ends at the limit of its work, half as much again and the sensitivities that
+/// any answer needs, and says so; with room it goes on.
+#[test]
+fn a_fit_keeps_the_limit_of_its_work_and_says_where_it_ended_early() {
+    let nominal = plant("drive_rig");
+    let truth = off_priors(&nominal, 5);
+    let problem = problem(&nominal, recording(&truth, 5, 4.0));
+    let spent = |most: f64| {
+        let work = std::sync::Arc::new(crate::work::Work::of(most));
+        let session = EstimationSession::counted(&problem, 1, work.clone()).unwrap();
+        let round = session.round_work();
+        let found = fit_by_continuation(&session, 6).unwrap();
+        (work.spent(), round, work.note(), found.converged)
+    };
+    let (whole, round, note, converged) = spent(1e12);
+    assert!(converged && note.is_none() && whole > 3.0 * round, "{whole:e} {round:e}");
+    for share in [0.0, 0.2, 0.5] {
+        let most = share * whole;
+        let (spent, _, note, _) = spent(most);
+        // a first step, whose sensitivities take up to three passes each, and those of the end
+        assert!(spent < crate::work::OVERRUN * most + 6.0 * round, "{share}: {spent:e} of {most:e}, {round:e} a round");
+        assert!(note.is_some(), "{share}");
+    }
+}

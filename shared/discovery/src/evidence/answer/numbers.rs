@@ -3,7 +3,7 @@
 use super::Told;
 use crate::diagnose::{DetectionLimit, HeldOut, HeldOutChannel, HeldOutKind, Nominal};
 use crate::evidence::decide::LEVEL;
-use crate::evidence::predict;
+use crate::evidence::horizon::Site;
 use crate::evidence::screen::Looked;
 use dynamics::description::{EffectUse, Plant};
 use identification::held_out::ChannelFit;
@@ -23,15 +23,33 @@ impl Told<'_> {
         .collect()
     }
 
-    /// Share of the free run's misfit on held-out data that the leading model takes away, by
-    /// channel: `1 − rms²/rms₀²`.
+    /// Share of each channel's misfit that noise cannot explain, which the leading model takes
+    /// away.
     pub(super) fn shares(&self) -> Vec<f64> {
-        let both = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref());
-        let shares = |(own, bare): (&predict::HeldOut, &predict::HeldOut)| {
-            let channels = own.free.iter().zip(&bare.free).filter(|(_, bare)| bare.rms > 0.0);
-            channels.map(|(own, bare)| 1.0 - (own.rms / bare.rms).powi(2)).filter(|share| share.is_finite()).collect()
+        self.compared.iter().flat_map(|compared| &compared.sites).filter_map(|site| site.share).collect()
+    }
+
+    /// Free runs over the horizon, in words.
+    pub(super) fn horizon(&self) -> Option<String> {
+        let compared = self.compared.as_ref().filter(|_| self.decision.leader != 0)?;
+        let site = |site: &Site| {
+            let worse = if site.is_worse { ", worse" } else { "" };
+            let Site { name, before, after, noise, .. } = site;
+            format!("{name}: {before:.3e} without, {after:.3e} with (noise {noise:.3e}){worse}")
         };
-        both.map(shares).unwrap_or_default()
+        let all: Vec<String> = compared.sites.iter().map(site).collect();
+        Some(format!("free runs over {:.3} s: {}", compared.window_s, all.join("; ")))
+    }
+
+    /// Why a model that is there is not worth adding.
+    pub(super) fn not_worth(&self, key: &str) -> String {
+        let Some(compared) = &self.compared else { return String::new() };
+        format!(
+            "nothing worth adding: what remains is {:.2} % of the signal over {:.3} s; seen and not worth adding: {key}, which explains {:.1} % of it",
+            100.0 * compared.remains(),
+            compared.window_s,
+            100.0 * compared.relevance().unwrap_or(0.0).max(0.0)
+        )
     }
 
     pub(super) fn held_out(&self) -> HeldOut {

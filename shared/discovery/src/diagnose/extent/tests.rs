@@ -1,0 +1,48 @@
+//! Recordings of any length within the limit of the work.
+
+use super::*;
+use crate::engine::Engine;
+use crate::synthetic::{off_priors, plant, problem, recording, with_effect};
+use identification::work::Watch;
+
+/// Both ways of deciding cost as much whatever the length of a recording beyond what the limit pays
+/// for; they say that the rest was left out.
+#[test]
+fn a_recording_longer_than_the_limit_pays_for_is_diagnosed_by_its_beginning() {
+    let nominal = plant("pendulum");
+    let truth = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 0.05)]);
+    let of = |duration_s: f64| problem(&nominal, recording(&truth, 5, duration_s));
+    let longs = [of(30.0), of(60.0)];
+    // four seconds
+    let work_max = 4.0 / 30.0 * DIAGNOSIS_ROUNDS * EstimationSession::new(&longs[0], 1).unwrap().round_work();
+    for engine in [Engine::Cascade, Engine::Evidence] {
+        let spent = longs.each_ref().map(|long| {
+            let watch = Watch::default();
+            let options = Options { work_max, watch: watch.clone(), ..Options::default() };
+            let found = engine.diagnose(long, &options, &mut |_, _| {});
+            let is_said = |note: &String| note.starts_with(LIMIT_NOTE) && note.contains("all but the first");
+            assert!(found.notes.iter().any(is_said), "{engine:?}: {:?}", found.notes);
+            watch.counted()
+        });
+        // what every diagnosis computes once (a screening, maps, limits) is beyond the limit here
+        assert!(spent.iter().all(|spent| *spent < 5.0 * work_max), "{engine:?}: {spent:?} of {work_max:e}");
+        assert!((spent[1] / spent[0] - 1.0).abs() < 0.3, "{engine:?}: {spent:?}");
+    }
+}
+
+#[test]
+fn a_recording_that_the_limit_pays_for_is_taken_whole() {
+    let nominal = plant("pendulum");
+    let short = problem(&nominal, recording(&nominal, 5, 2.0));
+    assert!(paid_share(&short, Options::default().work_max) > 10.0);
+    assert!(cut(&short, &Options::default(), &|_| 1.0).is_none());
+}
+
+/// A nominal fit without room to end is no start of a search.
+#[test]
+fn a_nominal_fit_that_the_work_cuts_decides_nothing_and_says_what_helps() {
+    let nominal = plant("drive_rig");
+    let short = problem(&nominal, recording(&off_priors(&nominal, 5), 5, 2.0));
+    let session = EstimationSession::counted(&short, 1, Arc::new(Work::of(1.0))).unwrap();
+    assert_eq!(super::nominal(&session).err().as_deref(), Some(NOMINAL_UNFINISHED));
+}

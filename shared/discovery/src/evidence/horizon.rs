@@ -1,0 +1,219 @@
+//! Does it matter: distances from the data over a horizon, on data that no fit has seen.
+//!
+//! A free run is comparable only as long as disturbances have not driven the plant away. Windows of
+//! several lengths are run, since over long ones what counts is how well parameters are known, too; an
+//! effect matters if it does at some length. Of each channel of each recording, e being the
+//! distance and v what the better plant's noise gives it,
+//!
+//! ```text
+//! share = 1 − Σ (e_after² − v) / Σ (e_before² − v)        of the misfit that noise cannot explain
+//! ```
+
+use super::decide::{WORSE, WORTH};
+use identification::filter::{Linear, NoiseModel, ahead};
+use identification::fit::EstimationSession;
+use identification::held_out::{Gain, block_s, blocks};
+
+/// Windows of a run: the whole, and shorter ones by this factor, so many lengths. Budgets.
+const SHORTER: usize = 4;
+const LENGTHS_MAX: usize = 5;
+const EVENTS_MIN: usize = 4;
+/// Share of a run behind which windows begin: its initial state is known by then.
+const BEGIN_SHARE: usize = 20;
+/// Fewest blocks of time that an error is taken from.
+const BLOCKS_MIN: f64 = 16.0;
+
+/// Where a sample belongs.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    /// Place of its channel and recording among all.
+    site: usize,
+    /// Over all runs.
+    t_s: f64,
+}
+
+/// Distances of one model from data, over windows of each length.
+#[derive(Clone)]
+pub(super) struct Horizons {
+    samples: Vec<Sample>,
+    /// Names of recording and channel.
+    sites: Vec<String>,
+    /// Standard deviation of the readings of each site.
+    spread: Vec<f64>,
+    lengths: Vec<Length>,
+    block_s: f64,
+    duration_s: f64,
+}
+
+#[derive(Clone)]
+struct Length {
+    window_s: f64,
+    residual: Vec<f64>,
+    variance: Vec<f64>,
+}
+
+/// Two models over the horizon at which the better one explains most.
+pub(super) struct Compared {
+    pub window_s: f64,
+    pub sites: Vec<Site>,
+    /// What the squares fall by, and what they were, in units of the noise.
+    whole: Gain,
+    before: f64,
+}
+
+/// One channel of one recording; root mean squares.
+pub(super) struct Site {
+    pub name: String,
+    pub before: f64,
+    pub after: f64,
+    pub noise: f64,
+    /// Before, over the standard deviation of the readings.
+    pub of_signal: f64,
+    /// Of the misfit that noise cannot explain; `None` where noise explains all of it.
+    pub share: Option<f64>,
+    pub is_worse: bool,
+}
+
+impl Horizons {
+    /// `None` where a covariance is not positive.
+    pub(super) fn new(session: &EstimationSession<'_>, linears: &[Linear], noise: &NoiseModel) -> Option<Self> {
+        let channels = session.problem.plant.sensors.len();
+        let name = |site: usize| {
+            let (recording, sensor) = (site / channels, &session.problem.plant.sensors[site % channels]);
+            format!("{} of {}", sensor.name, session.problem.recordings[recording])
+        };
+        let (mut samples, mut values, mut origin) = (Vec::new(), Vec::new(), 0.0);
+        for (run, timeline) in session.timelines.iter().enumerate() {
+            let recording = session.problem.runs[run].recording;
+            let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+            for event in &timeline.events {
+                for sample in event.first..event.first + event.count {
+                    let site = recording * channels + timeline.channel[sample];
+                    samples.push(Sample { site, t_s: origin + event.t_s - first });
+                    values.push(timeline.value[sample]);
+                }
+            }
+            origin += timeline.events.last().map_or(0.0, |event| event.t_s - first);
+        }
+        let most = session.timelines.iter().map(|timeline| timeline.events.len()).max().unwrap_or(0);
+        let (mut lengths, mut window) = (Vec::new(), most.max(EVENTS_MIN));
+        while lengths.len() < LENGTHS_MAX && window >= EVENTS_MIN {
+            let mut length = Length {
+                window_s: window as f64 / most.max(1) as f64 * origin / session.timelines.len().max(1) as f64,
+                residual: Vec::new(),
+                variance: Vec::new(),
+            };
+            for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
+                let found = ahead(linear, timeline, noise, window, timeline.events.len() / BEGIN_SHARE)?;
+                length.residual.extend(found.residual);
+                length.variance.extend(found.variance);
+            }
+            lengths.push(length);
+            window /= SHORTER;
+        }
+        let sites = session.problem.recordings.len() * channels;
+        let spread = (0..sites).map(|site| spread(&samples, &values, site)).collect();
+        let (block_s, duration_s) = (block_s(session), origin);
+        Some(Self { samples, sites: (0..sites).map(name).collect(), spread, lengths, block_s, duration_s })
+    }
+
+    /// This model beside `before`, the plant that it is to be better than, over the windows at which
+    /// it explains most; a channel is worse where it is so over the longest, a plain free run.
+    pub(super) fn beside(&self, before: &Self) -> Option<Compared> {
+        let lengths = self.lengths.iter().zip(&before.lengths);
+        let all: Vec<Compared> = lengths.map(|(after, before)| self.over(after, before)).collect();
+        let worse: Vec<bool> = all.first()?.sites.iter().map(|site| site.is_worse).collect();
+        let explained = |own: &Compared| own.relevance().unwrap_or(f64::NEG_INFINITY);
+        let mut best = all.into_iter().max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+        best.sites.iter_mut().zip(worse).for_each(|(site, worse)| site.is_worse = worse);
+        Some(best)
+    }
+
+    fn over(&self, after: &Length, before: &Length) -> Compared {
+        let block_s = self.block_of(after);
+        let sums = Sums { own: self, after, before, block_s };
+        let all: Vec<usize> = (0..self.sites.len()).filter(|site| sums.of(*site, &|_, _, v| v) > 0.0).collect();
+        let level = 2.0 * WORSE / all.len().max(1) as f64;
+        let site = |site: &usize| sums.site(*site, level);
+        let whole = blocks(&sums.series(None, &|before, after, v| (before - after) / v), block_s);
+        let before = sums.series(None, &|before, _, v| before / v).iter().map(|(_, own)| own).sum();
+        Compared { window_s: after.window_s, sites: all.iter().map(site).collect(), whole, before }
+    }
+
+    /// A window is one block, as long as there are enough of them \[s\].
+    fn block_of(&self, length: &Length) -> f64 {
+        self.block_s.max(length.window_s).min(self.duration_s / BLOCKS_MIN)
+    }
+}
+
+fn spread(samples: &[Sample], values: &[f64], site: usize) -> f64 {
+    let own = || samples.iter().zip(values).filter(|(sample, _)| sample.site == site).map(|(_, value)| *value);
+    let count = own().count().max(1) as f64;
+    let mean = own().sum::<f64>() / count;
+    (own().map(|y| (y - mean) * (y - mean)).sum::<f64>() / count).sqrt()
+}
+
+/// Sums over the samples of two models at one length: functions of both squares and the variance.
+struct Sums<'a> {
+    own: &'a Horizons,
+    after: &'a Length,
+    before: &'a Length,
+    block_s: f64,
+}
+
+type Term<'t> = &'t dyn Fn(f64, f64, f64) -> f64;
+
+impl Sums<'_> {
+    fn series(&self, site: Option<usize>, term: Term<'_>) -> Vec<(f64, f64)> {
+        let both = self.before.residual.iter().zip(&self.after.residual).zip(&self.after.variance);
+        let own = self.own.samples.iter().zip(both);
+        own.filter(|(sample, (_, v))| site.is_none_or(|site| site == sample.site) && v.is_finite())
+            .map(|(sample, ((before, after), v))| (sample.t_s, term(before * before, after * after, *v)))
+            .filter(|(_, term)| !term.is_nan())
+            .collect()
+    }
+
+    fn of(&self, site: usize, term: Term<'_>) -> f64 {
+        self.series(Some(site), term).iter().map(|(_, own)| own).sum()
+    }
+
+    fn site(&self, site: usize, level: f64) -> Site {
+        let count = self.of(site, &|_, _, _| 1.0).max(1.0);
+        let mean = |term: Term<'_>| self.of(site, term) / count;
+        let (before, after, noise) = (mean(&|b, _, _| b), mean(&|_, a, _| a), mean(&|_, _, v| v));
+        let excess = blocks(&self.series(Some(site), &|b, _, v| b - v), self.block_s);
+        let change = blocks(&self.series(Some(site), &|b, a, _| b - a), self.block_s);
+        let is_felt = excess.interval(2.0 * WORSE)[0] > 0.0;
+        Site {
+            name: self.own.sites[site].clone(),
+            before: before.sqrt(),
+            after: after.sqrt(),
+            noise: noise.sqrt(),
+            of_signal: before.sqrt() / self.own.spread[site].max(f64::MIN_POSITIVE),
+            share: is_felt.then(|| 1.0 - (after - noise).max(0.0) / (before - noise)),
+            is_worse: change.interval(level)[1] < 0.0 && after > (1.0 + WORTH) * before,
+        }
+    }
+}
+
+impl Compared {
+    /// Over all channels it comes nearer to the data, or goes further away, by more than chance; the
+    /// latter by what a reader sees.
+    pub(super) fn is_better(&self) -> bool {
+        self.whole.interval(2.0 * WORSE)[0] > 0.0
+    }
+
+    pub(super) fn is_worse(&self) -> bool {
+        self.whole.interval(2.0 * WORSE)[1] < 0.0 && -self.whole.loglik_gain > WORTH * self.before
+    }
+
+    /// The largest share of a channel; `None` where noise explains all misfit of all.
+    pub(super) fn relevance(&self) -> Option<f64> {
+        self.sites.iter().filter_map(|site| site.share).reduce(f64::max)
+    }
+
+    /// The largest part of a channel that the plant without hypotheses misses.
+    pub(super) fn remains(&self) -> f64 {
+        self.sites.iter().map(|site| site.of_signal).fold(0.0, f64::max)
+    }
+}
