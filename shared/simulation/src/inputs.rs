@@ -36,6 +36,8 @@ struct Commanded {
     delay: HeldDelay,
     lags: Vec<Lag>,
     sigma: f64,
+    /// Makes no noise while its command is zero: a thruster that is shut.
+    quiet_at_zero: bool,
     stream: Stream,
 }
 
@@ -163,7 +165,8 @@ impl Inputs {
                 passed = gate.pass(held.next().expect("a number for every gate"), clock.begin_s, passed);
             }
             input.delay.push(&mut state.delays[i], passed);
-            state.noise[i] = if input.sigma > 0.0 { input.sigma * input.stream.normal(sample) } else { 0.0 };
+            let acts = input.sigma > 0.0 && !(input.quiet_at_zero && passed == 0.0);
+            state.noise[i] = if acts { input.sigma * input.stream.normal(sample) } else { 0.0 };
         }
         for motion in &self.prescribed {
             let at = motion.signal.at(clock.excited_begin_s).value;
@@ -253,6 +256,7 @@ impl Commanded {
             delay: HeldDelay::new(delay_s, plant.simulation.period_s),
             lags: kinds.into_iter().filter_map(Lag::new).collect(),
             sigma: description.noise.value,
+            quiet_at_zero: matches!(description.kind, ActuatorKind::Thruster { .. }),
             stream: Stream::new(seed, &format!("{prefix}.{}", description.name)),
         })
     }

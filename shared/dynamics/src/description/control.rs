@@ -70,7 +70,8 @@ pub struct Actuator {
     /// Sum of the terms; empty: zero, or the command of its controller. A pulse or step of unknown
     /// time and size is a term whose parameters have priors.
     pub command: Vec<Signal>,
-    /// White noise of the acting value, per control period [SI unit of the input].
+    /// White noise of the acting value, per control period, of a thruster while it fires
+    /// [SI unit of the input].
     pub noise: Quantity,
     /// Largest |command|; `None`: unlimited.
     pub range: Option<Quantity>,

@@ -146,7 +146,7 @@ impl<R: Row> Recursion<R> {
         let (n, m, row_len) = (self.layout.tangent, self.layout.noise_inputs.len(), linear.row_len());
         for k in range {
             let event = &timeline.events[k];
-            self.renew(event.reset, noise);
+            self.renew(event, noise);
             out.first.push(out.gain.len());
             out.factor_first.push(out.factor.len());
             if event.count > 0 {

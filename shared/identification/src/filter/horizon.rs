@@ -99,7 +99,7 @@ impl<R: Row> Side<R> {
 
     /// Fresh actuator noise.
     fn renew(&mut self, pass: &Pass<'_>, event: &Event) {
-        self.spread.renew(event.reset, pass.noise);
+        self.spread.renew(event, pass.noise);
         for (i, input) in pass.layout.noise_inputs.iter().enumerate() {
             if event.reset >> (*input).min(63) & 1 == 1 {
                 self.d[pass.layout.noise_at() + i] = [0.0];

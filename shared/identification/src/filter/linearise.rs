@@ -69,7 +69,7 @@ pub fn linearise(
     for k in 0..events {
         let event = propagator.timeline.events[k];
         propagator.renew(k, &mut mean);
-        update.recursion.renew(event.reset, &linear.noise);
+        update.recursion.renew(&event, &linear.noise);
         linear.states.extend_from_slice(&mean.x);
         linear.held.extend_from_slice(&mean.w);
         linear.frozen.first.push(linear.frozen.gain.len());

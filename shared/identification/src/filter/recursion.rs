@@ -14,6 +14,7 @@
 use super::noise_model::WHITE_SHARE;
 use super::rows::{QUAD, Row, add, combine, product};
 use super::{Layout, NoiseModel};
+use crate::problem::Event;
 
 /// Covariance of z and scratch of its recursion.
 pub(super) struct Recursion<R> {
@@ -81,10 +82,13 @@ impl<R: Row> Recursion<R> {
 
     /// Fresh actuator noise.
     #[inline(always)]
-    pub fn renew(&mut self, reset: u64, noise: &NoiseModel) {
+    pub fn renew(&mut self, event: &Event, noise: &NoiseModel) {
         for k in 0..self.layout.noise_inputs.len() {
-            if reset >> self.layout.noise_inputs[k].min(63) & 1 == 1 {
-                self.clear(self.layout.noise_at() + k, noise.input_sigma[k] * noise.input_sigma[k]);
+            let input = self.layout.noise_inputs[k].min(63);
+            if event.reset >> input & 1 == 1 {
+                let is_quiet = event.quiet >> input & 1 == 1;
+                let variance = if is_quiet { 0.0 } else { noise.input_sigma[k] * noise.input_sigma[k] };
+                self.clear(self.layout.noise_at() + k, variance);
             }
         }
     }

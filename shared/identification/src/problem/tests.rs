@@ -227,3 +227,34 @@ fn lost_rows_cut_a_run_where_the_command_changed_meanwhile_and_nowhere_else() {
         assert_eq!(crate::synthetic::problem(&nominal, recorded).runs.len(), 1);
     }
 }
+
+#[test]
+fn a_thruster_makes_noise_only_while_it_fires_in_simulation_and_in_the_filter() {
+    let mut nominal = plant("study_case");
+    nominal.sensors.iter_mut().for_each(|sensor| sensor.noise = dynamics::description::Noise::default());
+    for actuator in &mut nominal.actuators {
+        let is_thruster = matches!(actuator.kind, dynamics::description::ActuatorKind::Thruster { .. });
+        actuator.noise = known(if is_thruster { 1.0 } else { 0.0 });
+    }
+    // the first pair fires from 2 s to 3 s
+    let [one, other] = [1, 2].map(|seed| recording(&nominal, seed, 3.5));
+    let gyro = |recorded: &channels::Recording| recorded.channels.iter().find(|c| c.name == "gyro").cloned().unwrap();
+    let (a, b) = (gyro(&one), gyro(&other));
+    for (k, t_s) in a.time_s.iter().enumerate() {
+        assert!(*t_s > 2.005 || a.value[k] == b.value[k], "{t_s}");
+    }
+    let last = a.value.len() - 1;
+    assert!(a.value[last] != b.value[last]);
+
+    let noisy = plant("study_case");
+    let problem = crate::synthetic::problem(&noisy, recording(&noisy, 3, 3.5));
+    let session = crate::fit::EstimationSession::new(&problem, 1).unwrap();
+    let system = dynamics::system::System::new(&noisy).unwrap();
+    let input = system.inputs().iter().position(|u| noisy.actuators[u.actuator].name == "thruster_1").unwrap();
+    let fires = |t_s: f64| (2.0 - 1e-6..3.0 - 1e-6).contains(&t_s);
+    let events = &session.timelines[0].events;
+    assert!(events.iter().any(|event| fires(event.t_s)));
+    for event in events {
+        assert_eq!(event.quiet >> input & 1 == 0, fires(event.t_s), "{}", event.t_s);
+    }
+}

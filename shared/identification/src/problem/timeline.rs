@@ -8,7 +8,7 @@
 
 use super::inputs::Course;
 use super::{Drive, Problem, Run};
-use dynamics::description::{Plant, Prescribed, Reading};
+use dynamics::description::{ActuatorKind, Plant, Prescribed, Reading};
 use dynamics::signal::SignalSum;
 use dynamics::system::{InputRole, System};
 
@@ -21,6 +21,8 @@ pub struct Event {
     pub count: usize,
     /// Bit per input: its noise is drawn anew here.
     pub reset: u64,
+    /// Bit per input: it makes no noise until it is drawn anew, a thruster that is shut.
+    pub quiet: u64,
     /// A mean begins here.
     pub begins_mean: bool,
     /// To the next event: length of one integration step, their number, first row of inputs.
@@ -75,6 +77,7 @@ impl Timeline {
         };
         timeline.gather(&marks, system, run);
         timeline.tabulate(system, run, (step_s, parts));
+        timeline.find_quiet(plant, system);
         timeline
     }
 
@@ -119,8 +122,17 @@ impl Timeline {
         for (t_s, mark) in marks {
             if self.events.last().is_none_or(|event: &Event| t_s - event.t_s > SAME_S) {
                 let first = self.channel.len();
-                let event =
-                    Event { t_s: *t_s, first, count: 0, reset: 0, begins_mean: false, step_s: 0.0, steps: 0, row: 0 };
+                let event = Event {
+                    t_s: *t_s,
+                    first,
+                    count: 0,
+                    reset: 0,
+                    quiet: 0,
+                    begins_mean: false,
+                    step_s: 0.0,
+                    steps: 0,
+                    row: 0,
+                };
                 self.events.push(event);
             }
             let event = self.events.last_mut().expect("one was pushed if there was none");
@@ -140,6 +152,17 @@ impl Timeline {
                     self.interval_s.push(*interval_s);
                 }
             }
+        }
+    }
+
+    /// A thruster makes noise only while it fires.
+    fn find_quiet(&mut self, plant: &Plant, system: &System) {
+        let is_thruster = |actuator: usize| matches!(plant.actuators[actuator].kind, ActuatorKind::Thruster { .. });
+        let commands = system.inputs().iter().enumerate().filter(|(_, u)| u.role == InputRole::Command);
+        let thrusters: Vec<usize> = commands.filter(|(_, u)| is_thruster(u.actuator)).map(|(i, _)| i).collect();
+        for event in &mut self.events {
+            let shut = thrusters.iter().filter(|i| self.rows[event.row * self.inputs + **i] == 0.0);
+            event.quiet = shut.fold(0, |bits, i| bits | 1 << i.min(&63));
         }
     }
 

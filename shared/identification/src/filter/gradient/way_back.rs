@@ -5,7 +5,7 @@ use crate::filter::noise_model::WHITE_SHARE;
 use crate::filter::recursion::Tape;
 use crate::filter::rows::{QUAD, Row, add, combine, product};
 use crate::filter::{Layout, Linear, NoiseModel};
-use crate::problem::Timeline;
+use crate::problem::{Event, Timeline};
 
 /// Rows of a sum that are taken at a time.
 const SHARES: usize = 32;
@@ -72,7 +72,7 @@ impl<R: Row> Back<R> {
                     self.colour(noise, channel, (means[colour], column));
                 }
             }
-            self.renew(event.reset, noise);
+            self.renew(event, noise);
         }
     }
 
@@ -227,12 +227,15 @@ impl<R: Row> Back<R> {
 
     /// Fresh noise of the actuators.
     #[inline(always)]
-    fn renew(&mut self, reset: u64, noise: &NoiseModel) {
+    fn renew(&mut self, event: &Event, noise: &NoiseModel) {
         for k in 0..self.layout.noise_inputs.len() {
-            if reset >> self.layout.noise_inputs[k].min(63) & 1 == 1 {
+            let input = self.layout.noise_inputs[k].min(63);
+            if event.reset >> input & 1 == 1 {
                 let at = self.layout.noise_at() + k;
                 let (r, n) = (self.vectors[0].numbers()[at], self.n[at].numbers()[at]);
-                self.found.input[k] += Slope::of_variance(noise.input_sigma[k].powi(2), n, r);
+                if event.quiet >> input & 1 == 0 {
+                    self.found.input[k] += Slope::of_variance(noise.input_sigma[k].powi(2), n, r);
+                }
                 self.scale(at, 0.0);
             }
         }
