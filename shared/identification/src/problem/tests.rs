@@ -234,7 +234,7 @@ fn a_thruster_makes_noise_only_while_it_fires_in_simulation_and_in_the_filter() 
     nominal.sensors.iter_mut().for_each(|sensor| sensor.noise = dynamics::description::Noise::default());
     for actuator in &mut nominal.actuators {
         let is_thruster = matches!(actuator.kind, dynamics::description::ActuatorKind::Thruster { .. });
-        actuator.noise = known(if is_thruster { 1.0 } else { 0.0 });
+        actuator.noise = dynamics::description::Quantity::known(if is_thruster { 1.0 } else { 0.0 });
     }
     // the first pair fires from 2 s to 3 s
     let [one, other] = [1, 2].map(|seed| recording(&nominal, seed, 3.5));
