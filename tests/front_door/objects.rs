@@ -67,7 +67,9 @@ fn every_command_with_json_prints_one_object_and_nothing_else() {
             "SHORT_MODES" => "decay.csv",
             word => word,
         });
-        let answer = folder.ask(&words.chain(["--json"]).collect::<Vec<_>>()).ends_with(0);
+        let answer = folder.ask(&words.chain(["--json"]).collect::<Vec<_>>());
+        // a busy computer exceeds a budget, which is its answer
+        let answer = if line.starts_with("budget") && answer.code == Some(1) { answer } else { answer.ends_with(0) };
         answer.object();
         assert!(answer.stdout.ends_with("}\n") && answer.stdout.starts_with('{'), "{answer}");
     }

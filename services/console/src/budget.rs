@@ -1,4 +1,5 @@
-//! `obsid budget`: what every partition takes of the computer in real time, beside what it may take.
+//! `obsid budget`: what every partition takes of the computer in real time, beside what it may
+//! take.
 
 use crate::{Failure, flight, interrupt, run};
 use runtime::config::PartitionLimits;

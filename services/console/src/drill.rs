@@ -278,7 +278,8 @@ impl Drill<'_> {
         );
         let rows = self.by.iter().map(|(kind, tally)| (kind.word(), tally)).chain([("all", &self.all)]);
         for (name, tally) in rows {
-            let ms = |values: &[f64], p| tally::quantile(values, p).map_or("-".into(), |value| format!("{value:.2}"));
+            let ms =
+                |values: &[f64], p| tally::order_statistic(values, p).map_or("-".into(), |value| format!("{value:.2}"));
             let _ = writeln!(
                 text,
                 "{name:<12} {:>5} {:>6} {:>6} {:>8} {:>6} {:>5} {:>6} {:>6} {:>6}  {:>10} {:>10} {:>10}",
@@ -298,7 +299,7 @@ impl Drill<'_> {
         }
         let (cuts, hangs) = (self.all.cuts, self.all.hang_ms.len());
         let _ = writeln!(text, "\n{cuts} cuts of checkpoints read, {} taken for whole", self.all.cuts_taken);
-        if let Some(p99) = tally::quantile(&self.all.hang_ms, 0.99) {
+        if let Some(p99) = tally::order_statistic(&self.all.hang_ms, 0.99) {
             let _ = writeln!(text, "{hangs} hangs found, p99 {p99:.0} ms after the last sign of life");
         }
         for reason in &self.all.reasons {

@@ -1,9 +1,10 @@
 //! The command line `obsid`: one file per subcommand, each with its arguments and what it does.
 //!
 //! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0
-//! done, 1 the run failed, 2 usage, 3 bad input, 4 the run ended degraded, 130 interrupted. `launch` starts a run (its process supervisor is
-//! `partition warden`), shows its progress and stops it; a console that dies ends no run badly.
-//! Every other file reads, calls one library and prints.
+//! done, 1 the run failed, 2 usage, 3 bad input, 4 the run ended degraded, 130 interrupted.
+//! `launch` starts a run (its process supervisor is `partition warden`), shows its progress and
+//! stops it; a console that dies ends no run badly. Every other file reads, calls one library and
+//! prints.
 //!
 //! May import: every crate.
 //!

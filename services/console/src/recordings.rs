@@ -163,8 +163,8 @@ fn names_of_the_plant(recording: &Recording, plant: &Plant) -> Result<Vec<String
     Ok(notes)
 }
 
-/// The name most like `name`, if any is like it: of short names, whose likeness is low, the only one
-/// that a single slip of the hand turns into it.
+/// The name most like `name`, if any is like it: of short names, whose likeness is low, the only
+/// one that a single slip of the hand turns into it.
 pub fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let names: Vec<&str> = names.collect();
     let lower = name.to_lowercase();

@@ -10,7 +10,8 @@
 //!
 //! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `dynamics`,
 //! `plant_file`, `estimation`. Inside, `score` ← `compete` ← `unknown_law` ← `diagnose` ←
-//! `features`, and `compete` ← `evidence`, which takes options and report of `diagnose`, never the other way; `omnibus` and `mislabelled` import none of these.
+//! `features`, and `compete` ← `evidence`, which takes options and report of `diagnose`, never the
+//! other way; `omnibus` and `mislabelled` import none of these.
 //!
 //! Must never know: files, processes, clocks, the command line. Channels come in as numbers with
 //! names and SI units; findings go out as data.

@@ -58,9 +58,9 @@ const UNDRIVEN_MISFIT_RATIO: f64 = 2.0;
 /// Ratio to the best mean square within which a hypothesis explains it as well. Chosen, no
 /// derivation.
 const EQUAL_FIT_RATIO: f64 = 1.1;
-/// Mean square of the innovations below which a plant predicts better than its noise lets it, because
-/// a command made smaller leaves all to its disturbance: a third of the stated standard deviation,
-/// 3.7 standard deviations of what data sheets are off by.
+/// Mean square of the innovations below which a plant predicts better than its noise lets it,
+/// because a command made smaller leaves all to its disturbance: a third of the stated standard
+/// deviation, 3.7 standard deviations of what data sheets are off by.
 const QUIET_MEAN_SQUARE: f64 = 1.0 / 9.0;
 /// Hypotheses that are evaluated, those of single channels first.
 const HYPOTHESES: usize = 200;

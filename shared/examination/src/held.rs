@@ -5,7 +5,8 @@
 //! come by chance (the levels of a quantised signal, a signal at rest) do not: lengths of their
 //! runs add up to a random walk. Of h neighbouring runs the length varies by `V_h ≤ 2/12` on the
 //! line, by `h ρ (ρ - 1)` where each row has its own chance of a change (geometric lengths). The
-//! channel is held if `V_h` is so small with a probability below `UPDATE_CHANCE` under the second law.
+//! channel is held if `V_h` is so small with a probability below `UPDATE_CHANCE` under the second
+//! law.
 //!
 //! A ramp through the levels of a converter also changes at even rows, by one level each time, and
 //! a piecewise constant command changes at few rows of its clock. So most changes must exceed one

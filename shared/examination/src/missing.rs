@@ -1,7 +1,8 @@
 //! Samples that an even clock owes and that are not there.
 //!
-//! An interval of `k + ½` to `k + 3/2` median intervals has room for k samples more. Counted is what
-//! is absent between the first sample and the last; what was lost before or after leaves no trace.
+//! An interval of `k + ½` to `k + 3/2` median intervals has room for k samples more. Counted is
+//! what is absent between the first sample and the last; what was lost before or after leaves no
+//! trace.
 
 use channels::GAP_MEDIANS;
 use estimation::quantiles::median;

@@ -6,8 +6,9 @@
 //! out, and said to be, where there is no room for as much as it cost last. Only code that runs
 //! alone may ask: what threads have counted is the same in the end and not on the way.
 //!
-//! A search ends at its limit; the fits that it has begun end beyond it, by [`OVERRUN`] at most. Code
-//! on several threads has a [part](Work::part) of its own for each task, granted before they begin.
+//! A search ends at its limit; the fits that it has begun end beyond it, by [`OVERRUN`] at most.
+//! Code on several threads has a [part](Work::part) of its own for each task, granted before they
+//! begin.
 //!
 //! A [`Watch`] lets another thread see the count and stop the search: from then on there is no room
 //! for anything, as if the limit were met.

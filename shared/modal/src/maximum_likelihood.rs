@@ -3,11 +3,12 @@
 //!
 //! `y_i(t) = Σ_k Re(c_ik z_k(t)) + d_i u(t) + b_i + e_i(t)`, `z_k' = λ_k z_k + u`, e white with a
 //! variance per channel. A row of which an output is not a number is absent from the likelihood;
-//! the states run through it. Only the poles are sought by iteration; residues, direct terms and biases
-//! follow from them by least squares (Golub & Pereyra 1973), and the Jacobian is that of Kaufman
-//! 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all linear
-//! unknowns marginalised. Nothing is fed back from the output into the regressors, so a controller
-//! that closes a loop around the structure does no harm as long as its commands are known.
+//! the states run through it. Only the poles are sought by iteration; residues, direct terms and
+//! biases follow from them by least squares (Golub & Pereyra 1973), and the Jacobian is that of
+//! Kaufman 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all
+//! linear unknowns marginalised. Nothing is fed back from the output into the regressors, so a
+//! controller that closes a loop around the structure does no harm as long as its commands are
+//! known.
 //!
 //! Cost per iteration: 4 N m² + 2 N m l multiply-adds for m linear columns and l channels.
 

@@ -9,7 +9,7 @@ use crate::lag_window::HANN_NEIGHBOURS;
 use faer::{Mat, c64};
 
 /// Most lags: a Hann window correlates two lines, fourfold zero padding eight.
-const LAGS_MAX: usize = 16;
+const CORRELATION_LAGS_MAX: usize = 16;
 /// Probability that white residuals are taken for correlated ones.
 const FALSE_CORRELATION: f64 = 0.01;
 
@@ -19,7 +19,7 @@ const FALSE_CORRELATION: f64 = 0.01;
 /// the tail is thinner.
 pub(crate) fn correlations(residuals: &[Vec<c64>]) -> Vec<c64> {
     let lines = residuals.first().map_or(0, Vec::len);
-    let lags = LAGS_MAX.min(lines / 8);
+    let lags = CORRELATION_LAGS_MAX.min(lines / 8);
     let power: f64 = residuals.iter().flatten().map(|z| z.norm_sqr()).sum();
     if lags == 0 || power <= 0.0 {
         return Vec::new();
@@ -46,7 +46,7 @@ pub(crate) fn are_of_hann_windows(rho: &[c64], lines: usize) -> bool {
     let far = rho.get(reach..).filter(|far| !far.is_empty());
     let common = far.map_or(0.0, |far| (far.iter().map(|rho| rho.re).sum::<f64>() / far.len() as f64).clamp(0.0, 0.5));
     let spread = 1.0 + 2.0 * HANN_NEIGHBOURS.iter().map(|rho| rho * rho).sum::<f64>();
-    let chance = spread * libm::log(LAGS_MAX as f64 / FALSE_CORRELATION) / lines as f64;
+    let chance = spread * libm::log(CORRELATION_LAGS_MAX as f64 / FALSE_CORRELATION) / lines as f64;
     let expected = |m: usize| HANN_NEIGHBOURS.get(m).copied().unwrap_or(0.0);
     let own = |rho: &c64| (rho - common) / (1.0 - common);
     rho.first().is_some_and(|rho| own(rho).re > 0.5 * expected(0))

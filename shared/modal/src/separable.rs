@@ -16,7 +16,7 @@ use faer::{Mat, c64};
 /// Steps of one search with weights held.
 const STEPS_MAX: usize = 30;
 /// Gain of the log-likelihood below which a search ends: a hundredth of a standard deviation.
-const GAIN_MIN: f64 = 5e-5;
+const SEPARABLE_GAIN_MIN: f64 = 5e-5;
 /// First damping of a step that made matters worse, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
 
@@ -138,7 +138,7 @@ pub(crate) fn search(
         if !gain.is_finite() {
             return None;
         }
-        if gain < GAIN_MIN && damping == 0.0 {
+        if gain < SEPARABLE_GAIN_MIN && damping == 0.0 {
             break;
         }
         let tried: Vec<c64> =

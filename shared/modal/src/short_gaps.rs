@@ -20,9 +20,9 @@ const SAMPLES: usize = 16;
 /// Longest distance of a sample used.
 const REACH: usize = 40;
 /// Longest gap filled.
-const GAP_MAX: usize = 8;
-/// Missing samples per existing one up to which gaps are exceptions: a channel that is updated every
-/// other row has one, and what its samples cannot show would come back as images.
+const SHORT_GAP_MAX: usize = 8;
+/// Missing samples per existing one up to which gaps are exceptions: a channel that is updated
+/// every other row has one, and what its samples cannot show would come back as images.
 const ODDS_MAX: f64 = 0.5;
 /// Samples predicted to see the error of a gap of one length: it is known to a tenth.
 const TRIALS: usize = 200;
@@ -63,12 +63,12 @@ fn fill(column: &mut [f64]) -> usize {
     let odds = missing as f64 / present as f64;
     let allowed = ERROR_SHARE_MAX * covariance[0];
     covariance[0] *= 1.0 + RIDGE_SIGMA * (SAMPLES as f64 * odds / column.len() as f64).sqrt();
-    let worth: Vec<bool> = (1..=GAP_MAX).map(|length| error(&centred, &covariance, length) < allowed).collect();
+    let worth: Vec<bool> = (1..=SHORT_GAP_MAX).map(|length| error(&centred, &covariance, length) < allowed).collect();
     let mut filled = 0;
     let mut start = 0;
     while start < column.len() {
         let length = centred[start..].iter().take_while(|y| !y.is_finite()).count();
-        if length > 0 && length <= GAP_MAX && worth[length - 1] && start > 0 && start + length < column.len() {
+        if length > 0 && length <= SHORT_GAP_MAX && worth[length - 1] && start > 0 && start + length < column.len() {
             for (t, y) in column.iter_mut().enumerate().skip(start).take(length) {
                 if let Some(predicted) = predict(&centred, &covariance, t, t..t) {
                     *y = mean + predicted;

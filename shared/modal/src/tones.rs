@@ -289,8 +289,8 @@ impl ToneSearch {
         found
     }
 
-    /// Tones that wander and were taken for two modes, where they turn: neighbours of one shape whose
-    /// band together has a constant envelope. How many were taken out.
+    /// Tones that wander and were taken for two modes, where they turn: neighbours of one shape
+    /// whose band together has a constant envelope. How many were taken out.
     pub fn wandering_pairs(&mut self, modes: &[Mode]) -> usize {
         let one_shape = |pair: &&[Mode]| {
             pair[1].frequency_hz - pair[0].frequency_hz < HORNS * pair[0].frequency_hz

@@ -1,4 +1,5 @@
-//! Deaths of a run's processes: what ended them, how soon that was noticed, how soon they were back.
+//! Deaths of a run's processes: what ended them, how soon that was noticed, how soon they were
+//! back.
 
 use crate::usage::schedstat;
 use serde::{Deserialize, Serialize};

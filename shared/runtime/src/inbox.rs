@@ -283,8 +283,8 @@ impl Inbox {
     }
 }
 
-/// Whether a progress report speaks of the partition that sent it. What opens frames and what ends a
-/// run is believed of nobody else.
+/// Whether a progress report speaks of the partition that sent it. What opens frames and what ends
+/// a run is believed of nobody else.
 fn is_of_its_sender(header: &Header, payload: &[u8]) -> bool {
     Progress::read_from_prefix(payload).is_ok_and(|(progress, _)| progress.partition == u32::from(header.source))
 }

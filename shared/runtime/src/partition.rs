@@ -134,8 +134,8 @@ pub trait Partition: Send {
     fn has_work(&self) -> bool {
         false
     }
-    /// Does the work that the last frame left; what it publishes belongs to that frame. In a process
-    /// it runs on a thread of the runtime, and no frame begins before it is done.
+    /// Does the work that the last frame left; what it publishes belongs to that frame. In a
+    /// process it runs on a thread of the runtime, and no frame begins before it is done.
     fn work(&mut self, _out: &mut Outputs) {}
     /// Appends everything that a restart needs to `state`.
     ///

@@ -1,10 +1,10 @@
 //! The supervisor's process as health monitor: hangs by execution counter, and its pipe to the
 //! warden.
 //!
-//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition epoch
-//! silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`. Lines from it (standard input): `LOST partition`,
-//! `STARVED partition` (no hang: it got no processor). Wall-clock
-//! only: nothing here enters an estimate, and nothing waits on a partition.
+//! Lines to the warden (standard output): `READY`, `STATUS frame mode`,
+//! `HANG partition epoch silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`.
+//! Lines from it (standard input): `LOST partition`, `STARVED partition` (no hang: it got no
+//! processor). Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
 use crate::sys::LineWriter;

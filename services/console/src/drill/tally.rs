@@ -93,8 +93,8 @@ impl Tally {
             "undeclared_lost": self.undeclared_lost, "torn": self.torn, "wedged": self.wedged, "leaks": self.leaks,
             "failed": self.failed, "degraded": self.degraded, "log_disagreements": self.log_disagreements,
             "checkpoint_cuts": self.cuts, "checkpoint_cuts_taken": self.cuts_taken,
-            "detect_ms": quantiles(&self.detect_ms), "hang_detect_ms": quantiles(&self.hang_ms),
-            "recover_ms": quantiles(&self.recover_ms), "reasons": self.reasons,
+            "detect_ms": of_order(&self.detect_ms), "hang_detect_ms": of_order(&self.hang_ms),
+            "recover_ms": of_order(&self.recover_ms), "reasons": self.reasons,
         })
     }
 
@@ -118,7 +118,7 @@ impl Tally {
                 ("recover_ms_p99", &self.recover_ms, RECOVER_MS_P99),
             ];
             let judged = |(name, values, limit): (_, &Vec<f64>, f64)| {
-                let p99 = quantile(values, 0.99)?;
+                let p99 = order_statistic(values, 0.99)?;
                 Some((name, p99, p99 <= limit))
             };
             all.extend(times.into_iter().filter_map(judged));
@@ -149,15 +149,15 @@ fn disagreements(kind: Kind, deaths: &[DeathRow], killed: &[Killed]) -> u64 {
 }
 
 /// The value that the fraction `p` does not exceed.
-pub fn quantile(values: &[f64], p: f64) -> Option<f64> {
+pub fn order_statistic(values: &[f64], p: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let at = ((p * sorted.len() as f64).ceil() as usize).saturating_sub(1);
     sorted.get(at).copied()
 }
 
-fn quantiles(values: &[f64]) -> Value {
-    json!({ "p50": quantile(values, 0.5), "p99": quantile(values, 0.99), "max": quantile(values, 1.0), "count": values.len() })
+fn of_order(values: &[f64]) -> Value {
+    json!({ "p50": order_statistic(values, 0.5), "p99": order_statistic(values, 0.99), "max": order_statistic(values, 1.0), "count": values.len() })
 }
 
 /// Sums by fault, in the order in which they first came.
@@ -190,9 +190,9 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_order_statistics() {
+    fn the_median_of_a_hundred_is_one_of_them() {
         let values: Vec<f64> = (1..=100).rev().map(f64::from).collect();
-        assert_eq!([0.5, 0.99, 1.0].map(|p| quantile(&values, p)), [Some(50.0), Some(99.0), Some(100.0)]);
-        assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!([0.5, 0.99, 1.0].map(|p| order_statistic(&values, p)), [Some(50.0), Some(99.0), Some(100.0)]);
+        assert_eq!(order_statistic(&[], 0.5), None);
     }
 }

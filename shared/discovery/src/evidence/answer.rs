@@ -2,7 +2,7 @@
 
 mod numbers;
 
-use super::decide::{Class, Decision, WORTH, Weighted, decide};
+use super::decide::{Class, Decision, RELEVANT_SHARE, Weighted, decide};
 use super::horizon::{Compared, Horizons};
 use super::hypothesis::{Hypothesis, Part, name_of, unknown_of};
 use super::law::{Kind, Law};
@@ -142,7 +142,7 @@ impl Told<'_> {
 
     /// Free runs show a misfit that noise cannot explain, and the leading model hardly any of it.
     fn is_irrelevant(&self) -> bool {
-        self.compared.as_ref().and_then(Compared::relevance).is_some_and(|share| share < WORTH)
+        self.compared.as_ref().and_then(Compared::relevance).is_some_and(|share| share < RELEVANT_SHARE)
     }
 
     fn has_effects(&self) -> bool {

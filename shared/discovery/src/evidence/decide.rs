@@ -35,7 +35,7 @@ pub(super) const SHIFT_SIGMA: f64 = 0.5;
 pub(super) const WORSE: f64 = 0.05;
 /// Share of the misfit that noise cannot explain below which an effect is not worth adding: a rms
 /// 5 % smaller is what a reader sees in an overlay.
-pub(super) const WORTH: f64 = 0.1;
+pub(super) const RELEVANT_SHARE: f64 = 0.1;
 /// Standard deviation of the logarithm of a rate or distance over which a law unfolds about the
 /// middle of its screening: a decade and a half of width, what a record resolves.
 pub(super) const WIDTH_SPREAD: f64 = 1.5;

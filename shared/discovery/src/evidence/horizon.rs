@@ -1,21 +1,21 @@
 //! Does it matter: distances from the data over a horizon, on data that no fit has seen.
 //!
 //! A free run is comparable only as long as disturbances have not driven the plant away. Windows of
-//! several lengths are run, since over long ones what counts is how well parameters are known, too; an
-//! effect matters if it does at some length. Of each channel of each recording, e being the
+//! several lengths are run, since over long ones what counts is how well parameters are known, too;
+//! an effect matters if it does at some length. Of each channel of each recording, e being the
 //! distance and v what the better plant's noise gives it,
 //!
 //! ```text
 //! share = 1 − Σ (e_after² − v) / Σ (e_before² − v)        of the misfit that noise cannot explain
 //! ```
 
-use super::decide::{WORSE, WORTH};
+use super::decide::{RELEVANT_SHARE, WORSE};
 use identification::filter::{Linear, NoiseModel, ahead};
 use identification::fit::EstimationSession;
 use identification::held_out::{Gain, block_s, blocks};
 
 /// Windows of a run: the whole, and shorter ones by this factor, so many lengths. Budgets.
-const SHORTER: usize = 4;
+const WINDOW_RATIO: usize = 4;
 const LENGTHS_MAX: usize = 5;
 const EVENTS_MIN: usize = 4;
 /// Share of a run behind which windows begin: its initial state is known by then.
@@ -109,7 +109,7 @@ impl Horizons {
                 length.variance.extend(found.variance);
             }
             lengths.push(length);
-            window /= SHORTER;
+            window /= WINDOW_RATIO;
         }
         let sites = session.problem.recordings.len() * channels;
         let spread = (0..sites).map(|site| spread(&samples, &values, site)).collect();
@@ -117,8 +117,9 @@ impl Horizons {
         Some(Self { samples, sites: (0..sites).map(name).collect(), spread, lengths, block_s, duration_s })
     }
 
-    /// This model beside `before`, the plant that it is to be better than, over the windows at which
-    /// it explains most; a channel is worse where it is so over the longest, a plain free run.
+    /// This model beside `before`, the plant that it is to be better than, over the windows at
+    /// which it explains most; a channel is worse where it is so over the longest, a plain free
+    /// run.
     pub(super) fn beside(&self, before: &Self) -> Option<Compared> {
         let lengths = self.lengths.iter().zip(&before.lengths);
         let all: Vec<Compared> = lengths.map(|(after, before)| self.over(after, before)).collect();
@@ -191,20 +192,20 @@ impl Sums<'_> {
             noise: noise.sqrt(),
             of_signal: before.sqrt() / self.own.spread[site].max(f64::MIN_POSITIVE),
             share: is_felt.then(|| 1.0 - (after - noise).max(0.0) / (before - noise)),
-            is_worse: change.interval(level)[1] < 0.0 && after > (1.0 + WORTH) * before,
+            is_worse: change.interval(level)[1] < 0.0 && after > (1.0 + RELEVANT_SHARE) * before,
         }
     }
 }
 
 impl Compared {
-    /// Over all channels it comes nearer to the data, or goes further away, by more than chance; the
-    /// latter by what a reader sees.
+    /// Over all channels it comes nearer to the data, or goes further away, by more than chance;
+    /// the latter by what a reader sees.
     pub(super) fn is_better(&self) -> bool {
         self.whole.interval(2.0 * WORSE)[0] > 0.0
     }
 
     pub(super) fn is_worse(&self) -> bool {
-        self.whole.interval(2.0 * WORSE)[1] < 0.0 && -self.whole.loglik_gain > WORTH * self.before
+        self.whole.interval(2.0 * WORSE)[1] < 0.0 && -self.whole.loglik_gain > RELEVANT_SHARE * self.before
     }
 
     /// The largest share of a channel; `None` where noise explains all misfit of all.

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Values that are linear between their stamps are a lead of half a sample, exactly so in impulse.
-//! The prior of a is normal about zero, [`SHIFT_SIGMA`]: held against sampled. What is later by more
-//! is a delay, which the catalogue has.
+//! The prior of a is normal about zero, [`SHIFT_SIGMA`]: held against sampled. What is later by
+//! more is a delay, which the catalogue has.
 
 use super::decide::SHIFT_SIGMA;
 use super::hypothesis::Hypothesis;

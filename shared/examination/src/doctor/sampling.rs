@@ -42,8 +42,8 @@ fn on_rows(channel: &Channel) -> Option<Vec<f64>> {
     Some(values)
 }
 
-/// Measured channels of one unit and one clock that are later than most of them; those of `held` are
-/// late by their holding and stay out.
+/// Measured channels of one unit and one clock that are later than most of them; those of `held`
+/// are late by their holding and stay out.
 pub fn late(recording: &Recording, held: &[String]) -> Vec<Finding> {
     let channels = usable(recording, ROWS_MIN);
     let compared: Vec<(&Channel, Uniform)> = channels
@@ -92,7 +92,8 @@ mod tests {
     use crate::noise::Noise;
     use channels::{Channel, Recording};
 
-    /// Accelerations of three places in 120 s at 50 Hz, broad in frequency, each with noise of its own.
+    /// Accelerations of three places in 120 s at 50 Hz, broad in frequency, each with noise of its
+    /// own.
     fn motion(seed: u64) -> Vec<Vec<f64>> {
         let mut noise = Noise::new(seed);
         let (mut x, mut v) = ([0.0; 2], [0.0; 2]);

@@ -17,7 +17,7 @@ const POWERS: std::ops::RangeInclusive<i32> = -2..=4;
 /// unknown (Akaike 1974).
 const PROPORTIONAL_GAIN: f64 = 2.0;
 /// Rounds of the regression of the squares.
-const ROUNDS: usize = 12;
+const LINE_ROUNDS: usize = 12;
 /// Least floor, beside the proportional part at the mean square of a channel: antiresonances do not
 /// measure better than to a hundredth of the mean.
 const FLOOR_SHARE: f64 = 1e-4;
@@ -133,7 +133,7 @@ fn floors(squares: &[Vec<(f64, f64, f64)>], proportional: bool) -> (Vec<f64>, f6
     if !proportional {
         return (a, b);
     }
-    for _ in 0..ROUNDS {
+    for _ in 0..LINE_ROUNDS {
         let (mut above, mut below) = (0.0, 0.0);
         let mut of_channels = Vec::new();
         for (lines, a) in squares.iter().zip(&a) {

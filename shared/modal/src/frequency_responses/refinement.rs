@@ -20,7 +20,7 @@ const ROUNDS_OF_A_TRIAL: usize = 2;
 /// Correlation of the residual that poles tried may leave, relative to that of the poles accepted.
 const WORTH_REFINING: f64 = 0.5;
 /// Relative change of a weight at which the rounds end.
-const SETTLED: f64 = 1e-2;
+const STEP_SETTLED: f64 = 1e-2;
 
 /// A fit, the weights that its own residuals give, and what its poles miss of least squares.
 pub(super) struct Fit {
@@ -109,7 +109,7 @@ fn settled(lines: &ResponseLines, poles: &[c64]) -> Option<Fit> {
         let change = changed(&next, &weights);
         weights = next;
         at = search(&columns, &at.poles.clone(), lines.outputs(), &weights)?;
-        if change < SETTLED {
+        if change < STEP_SETTLED {
             break;
         }
     }
@@ -127,7 +127,7 @@ fn held(lines: &ResponseLines, poles: &[c64], rounds: usize) -> Option<Fit> {
         let change = changed(&next, &weights);
         weights = next;
         at = evaluate(&weights);
-        if change < SETTLED {
+        if change < STEP_SETTLED {
             break;
         }
     }

@@ -25,14 +25,14 @@ pub(super) const HALF_CELLS_MIN: usize = 6;
 /// ζωT of the most persistent motion that is called a mode: its envelope changes three times.
 const LEAST_FORGETTING: f64 = 3.0;
 /// Probability that a mode is taken for one line, and for two.
-const CHANCE: f64 = 1.0 / 1500.0;
+const LINE_CHANCE: f64 = 1.0 / 1500.0;
 /// Simulated modes whose gains show their tail: twenty above the start of it, its scale to a
 /// quarter.
 const FIRST_SIMULATIONS: usize = 200;
 /// A tail this far below the chance asked for is below it with a scale wrong by a third, too.
 const CLEAR_SHARE: f64 = 0.1;
-/// Largest change of a tone's amplitude over the record, as a logarithm. A decay that does not differ
-/// from a mode by its skirt, ζωT < 3, falls by more unless it hardly falls at all.
+/// Largest change of a tone's amplitude over the record, as a logarithm. A decay that does not
+/// differ from a mode by its skirt, ζωT < 3, falls by more unless it hardly falls at all.
 const GROWTH_MAX: f64 = 0.2;
 /// Deviations by which the change may seem larger: two sides, once in a hundred lines.
 const GROWTH_SIGMA: f64 = 2.6;
@@ -106,13 +106,13 @@ impl NarrowBand {
             return Some(lines);
         }
         // A mode under the line seems to make it grow; then a mode is what is left. Of a line that
-        // wanders other lines are; and a peak of chance grows, so that chance has to be excluded for
-        // all candidates.
+        // wanders other lines are; and a peak of chance grows, so that chance has to be excluded
+        // for all candidates.
         let rest = without(envelope, &lines);
         let may_be_steady =
             |line: &Line| line.growth.abs() < GROWTH_MAX + GROWTH_SIGMA * self.growth_deviation(&rest, line);
         let leaves_a_mode = || !self.is_unlikely(&rest, self.fit(&self.periodogram(&rest)), 1);
-        let no_chance = || self.chance(envelope, before, count) < CHANCE / super::CANDIDATES_MAX as f64;
+        let no_chance = || self.chance(envelope, before, count) < LINE_CHANCE / super::CANDIDATES_MAX as f64;
         (lines.iter().all(may_be_steady) && no_chance() && leaves_a_mode()).then_some(lines)
     }
 
@@ -137,19 +137,19 @@ impl NarrowBand {
     }
 
     /// Whether a mode as fitted gains as much by so many lines with a probability below
-    /// [`CHANCE`]: by the exponential tail of the gains of simulated modes where that is clear, by
-    /// their number otherwise.
+    /// [`LINE_CHANCE`]: by the exponential tail of the gains of simulated modes where that is
+    /// clear, by their number otherwise.
     fn is_unlikely(&self, envelope: &[c64], before: Fit, count: usize) -> bool {
         let gain = self.gain(envelope, before, count);
         let mut random = Seeded::new(0x70E5);
         let mut gains: Vec<f64> = Vec::new();
-        while (gains.len() as f64) < 1.0 / CHANCE {
+        while (gains.len() as f64) < 1.0 / LINE_CHANCE {
             let chance = self.simulated_gain(before, count, &mut random);
             if chance >= gain {
                 return false;
             }
             gains.push(chance);
-            if gains.len() == FIRST_SIMULATIONS && tail(&mut gains, gain) < CLEAR_SHARE * CHANCE {
+            if gains.len() == FIRST_SIMULATIONS && tail(&mut gains, gain) < CLEAR_SHARE * LINE_CHANCE {
                 return true;
             }
         }

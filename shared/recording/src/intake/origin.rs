@@ -1,4 +1,5 @@
-//! Where the clock of a recording begins: stamps since 1970 are counted from their first whole second.
+//! Where the clock of a recording begins: stamps since 1970 are counted from their first whole
+//! second.
 //!
 //! An `f64` that counts seconds since 1970 steps by 0.24 µs, one that counts nanoseconds by 256 ns.
 //! So what it cannot hold of a whole number is kept beside it ([`split`]), and the origin is

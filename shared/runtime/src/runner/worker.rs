@@ -1,8 +1,8 @@
 //! Work that takes longer than a frame, beside the loop: the partition itself goes to a thread and
 //! comes back.
 //!
-//! Meanwhile the loop beats, listens and does no frame, so that results are those of one thread. The
-//! thread takes its memory once; sending there and back takes none.
+//! Meanwhile the loop beats, listens and does no frame, so that results are those of one thread.
+//! The thread takes its memory once; sending there and back takes none.
 
 use crate::partition::{Outputs, Partition};
 use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};

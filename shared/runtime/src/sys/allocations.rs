@@ -72,8 +72,8 @@ fn keep_spare(pointer: *mut u8) -> bool {
 }
 
 // SAFETY: a kept block is 64 bytes of `System`, aligned to 16, which serves every layout of
-// `is_kept`; it is in one place at a time: with the program, or in one thread's `SPARE`. Every other
-// call goes unchanged to `System`, which keeps the contract.
+// `is_kept`; it is in one place at a time: with the program, or in one thread's `SPARE`. Every
+// other call goes unchanged to `System`, which keeps the contract.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(&COUNT);

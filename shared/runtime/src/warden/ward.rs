@@ -84,7 +84,8 @@ impl Ward {
         if let State::Running { child, .. } = &self.state { Some(child.id()) } else { None }
     }
 
-    /// What the kernel counts of its process; of a dead one, before it is waited for, all but sizes.
+    /// What the kernel counts of its process; of a dead one, before it is waited for, all but
+    /// sizes.
     pub fn look(&mut self) {
         let Some(mut now) = self.pid().and_then(Usage::of) else { return };
         now.keep_sizes(&self.usage);
