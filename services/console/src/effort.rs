@@ -1,6 +1,6 @@
 //! How much a diagnosis may compute: the only place that knows what an effort is.
 
-use identification::work::{LIMIT_NOTE, NORMAL_WORK};
+use identification::work::{LIMIT_NOTE, NORMAL_WORK, QUICK_WORK};
 
 /// The limit of a diagnosis, in counted work ([`identification::work`]), the same on every machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -27,7 +27,7 @@ impl Effort {
     /// Multiple of the normal work.
     fn factor(self) -> f64 {
         match self {
-            Effort::Quick => 0.2,
+            Effort::Quick => QUICK_WORK / NORMAL_WORK,
             Effort::Normal => 1.0,
             Effort::Thorough => 10.0,
         }

@@ -57,7 +57,7 @@ use identification::fit::noise::{Search, maximise};
 use identification::fit::{EstimationSession, Fit, fit};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
-use identification::work::{NORMAL_WORK, Watch, Work};
+use identification::work::{NORMAL_WORK, QUICK_WORK, Watch, Work};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -77,6 +77,9 @@ pub struct Options {
     /// Bound of the work ([`identification::work`]), in about nanoseconds of one core; the report
     /// says what was omitted for it.
     pub work_max: f64,
+    /// Fits, and how much of a recording is taken, are those of a limit of this at least: a search
+    /// may be bounded to nothing, what it starts from may not.
+    pub fit_work_min: f64,
     /// Sees the work and stops the search, which then ends with what it has found.
     pub watch: Watch,
 }
@@ -91,6 +94,7 @@ impl Default for Options {
             held_out: None,
             repeat: None,
             work_max: NORMAL_WORK,
+            fit_work_min: QUICK_WORK,
             watch: Watch::default(),
         }
     }

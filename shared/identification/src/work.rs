@@ -23,6 +23,8 @@ use std::sync::{Arc, Mutex};
 pub const NORMAL_WORK: f64 = 1e11;
 /// Work at which a fit ends wherever it is, in limits: half a limit for what a search finishes.
 pub const OVERRUN: f64 = 1.5;
+/// The least that a user can ask for: a fifth.
+pub const QUICK_WORK: f64 = 0.2 * NORMAL_WORK;
 /// Of all work, the most that the check of the channel metadata may cost.
 pub const LABEL_CHECK_SHARE: f64 = 0.2;
 /// The beginning of a note on what the limit did not allow, and of one on what an interruption did
@@ -91,6 +93,12 @@ impl Work {
     pub fn watched(most: f64, watch: Watch) -> Self {
         let (spent, left_out) = (AtomicU64::new(0), Mutex::default());
         Self { most, end: OVERRUN * most, whole: None, spent, watch, left_out }
+    }
+
+    /// Fits end as under a limit of `most` at least, however little the search may cost.
+    #[must_use]
+    pub fn with_fits_of(self, most: f64) -> Self {
+        Self { end: self.end.max(OVERRUN * most), ..self }
     }
 
     /// A task of `whole` that has a share of all that is left; counted and noted there, too.

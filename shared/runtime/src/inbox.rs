@@ -180,7 +180,9 @@ impl Inbox {
         let delivery = TOPICS[topic].delivery;
         if delivery != Delivery::Status {
             let gap = header.seq.saturating_sub(queue.seen.saturating_add(1));
-            let missed = if header.seq >= SEQ_ANEW && gap >= SEQ_ANEW / 2 { 1 } else { gap };
+            // numbered anew: far beyond the last one, and not far beyond a multiple
+            let is_anew = gap >= SEQ_ANEW / 2 && header.seq >= SEQ_ANEW && header.seq % SEQ_ANEW < SEQ_ANEW / 2;
+            let missed = if is_anew { 1 } else { gap };
             counters.lost = counters.lost.saturating_add(missed);
             queue.seen = queue.seen.max(header.seq);
             // What could not be read stood before this one; it must not stand for a number that is

@@ -67,8 +67,9 @@ type Decide<'a> = dyn FnMut(&Problem, &Options, &Arc<Work>) -> Result<Diagnosis,
 /// A diagnosis by `each` of as much of the recordings as the limit pays for, and of a quarter of
 /// that, and again, where the nominal fit had no room to end.
 pub(crate) fn within_limit(problem: &Problem, options: &Options, each: &mut Decide<'_>) -> Diagnosis {
-    let work = Arc::new(Work::watched(options.work_max, options.watch.clone()));
-    let mut own = cut(problem, options, &|own| paid_share(own, options.work_max));
+    let paid = options.work_max.max(options.fit_work_min);
+    let work = Arc::new(Work::watched(options.work_max, options.watch.clone()).with_fits_of(paid));
+    let mut own = cut(problem, options, &|own| paid_share(own, paid));
     let mut shorter = 0;
     let found = loop {
         let (problem, options) = own.as_ref().map_or((problem, options), |(problem, options)| (problem, options));

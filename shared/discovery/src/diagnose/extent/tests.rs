@@ -18,7 +18,7 @@ fn a_recording_longer_than_the_limit_pays_for_is_diagnosed_by_its_beginning() {
     for engine in [Engine::Cascade, Engine::Evidence] {
         let spent = longs.each_ref().map(|long| {
             let watch = Watch::default();
-            let options = Options { work_max, watch: watch.clone(), ..Options::default() };
+            let options = Options { work_max, fit_work_min: 0.0, watch: watch.clone(), ..Options::default() };
             let found = engine.diagnose(long, &options, &mut |_, _| {});
             let is_said = |note: &String| note.starts_with(LIMIT_NOTE) && note.contains("all but the first");
             assert!(found.notes.iter().any(is_said), "{engine:?}: {:?}", found.notes);
