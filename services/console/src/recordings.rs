@@ -178,7 +178,7 @@ pub fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&
 }
 
 impl Loaded {
-    /// First and last time of all channels [s].
+    /// First and last time of all channels \[s\].
     pub fn span_s(&self) -> (f64, f64) {
         let times =
             |f: fn(&[f64]) -> Option<&f64>| self.recording.channels.iter().filter_map(move |c| f(&c.time_s).copied());
@@ -214,7 +214,7 @@ impl Loaded {
         times.len()
     }
 
-    /// File, digest, time span [s], channels and notes.
+    /// File, digest, time span \[s\], channels and notes.
     pub fn as_json(&self) -> Value {
         let (start_s, end_s) = self.span_s();
         let rows = self.rows();

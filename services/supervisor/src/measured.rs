@@ -80,7 +80,7 @@ pub struct Measured {
     /// Made with the first rows, which say how many channels there are.
     modal: Option<ModalHeldOut>,
     decay: Decay,
-    /// Momentum samples of the present frame with the averaging interval of the gyro [s].
+    /// Momentum samples of the present frame with the averaging interval of the gyro \[s\].
     momentum: Vec<(f64, MomentumSample)>,
 }
 
@@ -113,7 +113,7 @@ impl Measured {
         self.base_rate_rad_s.abs()
     }
 
-    /// Momentum samples of this frame with the averaging interval of the gyro [s].
+    /// Momentum samples of this frame with the averaging interval of the gyro \[s\].
     pub fn momentum(&self) -> &[(f64, MomentumSample)] {
         &self.momentum
     }

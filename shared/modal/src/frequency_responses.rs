@@ -10,8 +10,8 @@
 //!
 //! From its poles, weighted least squares of
 //! `H_c(s) = Σ_k r_ck/(s − λ_k) + r̄_ck/(s − λ̄_k) + Σ_j ρ_cj s^j`, j = −2 … 4, find the optimum
-//! beside them ([`refinement`]), with the noise of the residual: one level per channel and, where
-//! the residual shows it, a part in proportion to `|H|²` ([`lines`]). Standard deviations are those
+//! beside them (`refinement`), with the noise of the residual: one level per channel and, where
+//! the residual shows it, a part in proportion to `|H|²` (`lines`). Standard deviations are those
 //! of the Fisher information at that noise, freedom counted, with the covariance of the score that
 //! correlated residuals of neighbouring lines give (windows, zero padding, leakage). At white
 //! residuals the estimate has the Cramér–Rao bound. Pintelon & Schoukens 2012, ch. 9.
@@ -45,7 +45,7 @@ pub struct ResponseMode {
     pub pole: c64,
     pub frequency_hz: f64,
     pub damping_ratio: f64,
-    /// Standard deviation of the frequency [Hz].
+    /// Standard deviation of the frequency \[Hz\].
     pub frequency_sd: f64,
     /// Standard deviation of the damping ratio.
     pub damping_sd: f64,

@@ -22,7 +22,7 @@ pub(crate) const HANN_NEIGHBOURS: [f64; 2] = [4.0 / 9.0, 1.0 / 36.0];
 pub(crate) enum LagWindow {
     /// No segments, or segments that hold whole decays.
     None,
-    /// Segments of this length [s] under Hann windows.
+    /// Segments of this length \[s\] under Hann windows.
     Hann(f64),
 }
 

@@ -2,7 +2,7 @@
 //! channels that are late.
 //!
 //! A complete record goes through the identifier that flies, behind the gate that finds jumps. In a
-//! stationary one short gaps are filled ([`crate::short_gaps`]); with many others it goes through
+//! stationary one short gaps are filled (`short_gaps`); with many others it goes through
 //! covariances of pairs ([`crate::pairs`]). In a stationary record tones are found and taken out
 //! ([`crate::tones`]), and the modes identified from the rest.
 

@@ -164,7 +164,7 @@ pub(crate) fn sandwich(information: &Mat<f64>, meat: &Mat<f64>) -> Option<Mat<f6
     Some(&inverse * meat * &inverse)
 }
 
-/// Standard deviations of frequency [Hz] and damping ratio of a pole with the covariance of its
+/// Standard deviations of frequency \[Hz\] and damping ratio of a pole with the covariance of its
 /// real and imaginary part.
 pub(crate) fn deviations(pole: c64, covariance: [[f64; 2]; 2]) -> (f64, f64) {
     let omega = pole.norm_sqr().sqrt();
@@ -178,7 +178,7 @@ pub(crate) fn deviations(pole: c64, covariance: [[f64; 2]; 2]) -> (f64, f64) {
     (frequency, along([-pole.im * pole.im / cube, pole.re * pole.im / cube]))
 }
 
-/// Natural frequency [Hz] and damping ratio of a pole.
+/// Natural frequency \[Hz\] and damping ratio of a pole.
 pub(crate) fn frequency_and_damping(pole: c64) -> (f64, f64) {
     let omega = pole.norm_sqr().sqrt();
     (omega / core::f64::consts::TAU, -pole.re / omega)

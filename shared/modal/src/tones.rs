@@ -99,7 +99,7 @@ impl ToneSearch {
         self.tones.len() - before
     }
 
-    /// The highest candidate that is no mode, and its lines [Hz].
+    /// The highest candidate that is no mode, and its lines \[Hz\].
     fn next_lines(&mut self, band: &mut Option<(usize, NarrowBand)>) -> Option<(f64, Vec<f64>)> {
         let cell_hz = 1.0 / self.samples.duration_s();
         for frequency_hz in self.candidates() {

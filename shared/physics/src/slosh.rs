@@ -203,8 +203,8 @@ impl NeighbouringTransitions {
     /// Truncation below 0.5⁵/5! = 3e-4 of ṡ at the very end of the reach: good for a search.
     const SEARCH_REACH: f64 = 0.5;
 
-    /// About the transition `at` of `length_s` [s]; `kappa` [1/s²] and `gamma` [1/s] are stiffness
-    /// and damping of the relative motion over its mass.
+    /// About the transition `at` of `length_s` \[s\]; `kappa` [1/s²] and `gamma` [1/s] are
+    /// stiffness and damping of the relative motion over its mass.
     pub fn new(at: &Transition, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let mode = Mode { kappa, gamma, length_s, base_mass_kg };
         Self { mode, response: Response::of(at, &mode, |_| 0.0) }

@@ -165,13 +165,13 @@ pub struct PartitionLimits {
     /// What becomes of the run once it is given up.
     pub given_up: GivenUp,
     /// Budget, measured by `obsid budget`; what is not stated is not compared. The partition works
-    /// once in this time [ms] ...
+    /// once in this time \[ms\] ...
     pub period_ms: Option<f64>,
-    /// ... and takes at most so much of a processor [µs].
+    /// ... and takes at most so much of a processor \[µs\].
     pub runtime_us: Option<f64>,
     /// From the moment a frame is due until its outputs are sent \[ms\].
     pub deadline_ms: Option<f64>,
-    /// Resident memory [MB].
+    /// Resident memory \[MB\].
     pub memory_mb: Option<f64>,
     /// Open descriptors.
     pub descriptors: Option<u64>,

@@ -78,7 +78,7 @@ impl LatencyHistogram {
     }
 }
 
-/// Lower and upper limit of a bucket [µs].
+/// Lower and upper limit of a bucket \[µs\].
 fn limits_us(bucket: usize) -> [f64; 2] {
     let of = |eighths: u64| ((eighths + bucket as u64 % 8) << (bucket / 8)) as f64 * 1e-3;
     [of(8), of(9)]

@@ -16,7 +16,7 @@ use telemetry::PartitionId;
 
 const NAME: &str = "obsid-";
 const SHARED_MEMORY: &str = "/dev/shm";
-/// `sun_path` of `sockaddr_un` without its final zero [bytes].
+/// `sun_path` of `sockaddr_un` without its final zero \[bytes\].
 const SOCKET_PATH_MAX: usize = 107;
 /// Number of this process's next run. `/dev/shm` is one for all parents, so that a number is given
 /// once in a process and not once in a parent.

@@ -15,7 +15,7 @@ use telemetry::{Header, Housekeeping, PartitionId};
 
 /// Until then a process may take memory: connections are made, buffers find their size.
 const START: Duration = Duration::from_secs(1);
-/// Room for the figures as JSON [bytes]: four histograms of 320 buckets, ten characters each.
+/// Room for the figures as JSON \[bytes\]: four histograms of 320 buckets, ten characters each.
 const FILE_BYTES: usize = 16 * 1024;
 
 /// One row of the table that a run ends with: figures over all lives of a partition.
@@ -56,7 +56,7 @@ pub struct PartitionRow {
     pub times: FrameTimes,
     /// Allocations of its loop later than a second after each start.
     pub allocations_after_start: u64,
-    /// Payload that it sent [bytes].
+    /// Payload that it sent \[bytes\].
     pub bytes_sent: u64,
     /// Of the processor and the memory, as the kernel counts.
     pub usage: Usage,
@@ -98,7 +98,7 @@ pub struct LifeFigures {
     pub times: FrameTimes,
     /// Allocations of its loop later than a second after its start.
     pub allocations_after_start: u64,
-    /// Payload that it sent [bytes].
+    /// Payload that it sent \[bytes\].
     pub bytes_sent: u64,
 }
 

@@ -11,11 +11,11 @@ pub struct Usage {
     pub run_s: f64,
     /// Ready to run, waiting for a processor \[s\].
     pub wait_s: f64,
-    /// Resident memory [kB].
+    /// Resident memory \[kB\].
     pub rss_kb: u64,
-    /// Largest resident memory [kB].
+    /// Largest resident memory \[kB\].
     pub rss_max_kb: u64,
-    /// Stack of the first thread [kB].
+    /// Stack of the first thread \[kB\].
     pub stack_kb: u64,
     /// Open descriptors.
     pub descriptors: u64,
@@ -75,7 +75,7 @@ impl Usage {
     }
 }
 
-/// Time on a processor and time waiting for one [ns], of `/proc/…/schedstat`.
+/// Time on a processor and time waiting for one \[ns\], of `/proc/…/schedstat`.
 #[must_use]
 pub fn schedstat(path: &str) -> Option<(u64, u64)> {
     let text = fs::read_to_string(path).ok()?;

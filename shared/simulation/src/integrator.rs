@@ -46,7 +46,7 @@ pub(crate) struct Choice {
 }
 
 /// Turn of the fastest part of the plant in one step of Runge–Kutta that stands for the exact hold
-/// [rad]: `0.1⁴/120`, 1e-6 of a radian's error.
+/// \[rad\]: `0.1⁴/120`, 1e-6 of a radian's error.
 const STEP_TURN_RAD: f64 = 0.1;
 /// Most steps of a period; a part that is stiffer still is seen as a state that is not finite.
 const STEPS_MAX: f64 = 1000.0;

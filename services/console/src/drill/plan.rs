@@ -69,7 +69,7 @@ pub struct Strike {
     pub kind: Kind,
     pub victim: PartitionId,
     pub when: When,
-    /// Length of a stop [ms], or what else the kind draws.
+    /// Length of a stop \[ms\], or what else the kind draws.
     pub number: u64,
 }
 

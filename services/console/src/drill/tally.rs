@@ -40,7 +40,7 @@ pub struct Tally {
     pub log_disagreements: u64,
     pub cuts: u64,
     pub cuts_taken: u64,
-    /// Of crashes; of hangs; to the first fresh frame [ms].
+    /// Of crashes; of hangs; to the first fresh frame \[ms\].
     pub detect_ms: Vec<f64>,
     pub hang_ms: Vec<f64>,
     pub recover_ms: Vec<f64>,

@@ -2,7 +2,7 @@
 
 use modal::c64;
 
-/// Lines of the closed responses and their highest frequency [Hz].
+/// Lines of the closed responses and their highest frequency \[Hz\].
 const LINES: usize = 640;
 const LAST_HZ: f64 = 80.0;
 /// Samples of a segment of a record, and samples a second.
@@ -62,7 +62,7 @@ impl Draw {
 
 /// Modes within the lines, one above them.
 pub struct Structure {
-    /// Frequency [Hz] and damping ratio.
+    /// Frequency \[Hz\] and damping ratio.
     pub modes: Vec<(f64, f64)>,
     /// Per mode, channel by channel.
     pub shapes: Vec<Vec<f64>>,

@@ -109,7 +109,7 @@ impl FittedModel {
     }
 }
 
-/// Duration from which an effect has no end in any recording [s].
+/// Duration from which an effect has no end in any recording \[s\].
 pub(super) const ENDLESS_S: f64 = 1e8;
 /// Largest share of a body's mass that a mode carries [1]. It keeps the rest of the body from a
 /// zero mass; chosen, no derivation.

@@ -102,7 +102,7 @@ struct Update {
     scratch: Scratch,
     predicted: Vec<f64>,
     change: Vec<f64>,
-    /// When every lagging channel was last read [s].
+    /// When every lagging channel was last read \[s\].
     read_s: Vec<f64>,
     /// Of every sample what the update of its event made of its own prediction.
     corrected_by: Vec<f64>,

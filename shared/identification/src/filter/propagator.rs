@@ -240,7 +240,7 @@ impl<'a> Propagator<'a> {
         system.derivative(ws, t + 0.5 * h, x, u, out);
     }
 
-    /// Beginning and length [s] of a part of the stretch behind event `k`, and the inputs that
+    /// Beginning and length \[s\] of a part of the stretch behind event `k`, and the inputs that
     /// change during it.
     pub(super) fn part<'w>(&self, k: usize, part: usize, w: &'w [f64]) -> (f64, f64, Option<Moving<'w>>) {
         let event = self.timeline.events[k];

@@ -19,7 +19,7 @@ use dynamics::system::{StateSpace, System, Workspace};
 use estimation::matrix_exponential;
 use nalgebra::{DMatrix, DVector};
 
-/// An instant meant to lie on an edge may miss it by rounding [s].
+/// An instant meant to lie on an edge may miss it by rounding \[s\].
 const EDGE_S: f64 = 1e-9;
 
 /// How a channel reads the linear plant.

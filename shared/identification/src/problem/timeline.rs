@@ -51,7 +51,7 @@ pub struct Timeline {
     pub period_s: f64,
 }
 
-/// Stamps closer than this are one instant [s].
+/// Stamps closer than this are one instant \[s\].
 const SAME_S: f64 = 1e-7;
 
 impl Timeline {

@@ -50,7 +50,7 @@ impl ResponseLines {
         self.omega.len()
     }
 
-    /// Duration of segments that have these lines [s].
+    /// Duration of segments that have these lines \[s\].
     pub fn segment_s(&self) -> f64 {
         let last = self.omega.len() - 1;
         core::f64::consts::TAU * last as f64 / (self.omega[last] - self.omega[0])

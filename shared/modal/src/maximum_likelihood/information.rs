@@ -32,7 +32,7 @@ pub(crate) fn inverse(information: &Mat<f64>) -> Option<Mat<f64>> {
     Some(inverse)
 }
 
-/// Inverse information in (f [Hz], ζ) of every pole.
+/// Inverse information in (f \[Hz\], ζ) of every pole.
 pub(super) fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f64>> {
     Some(frequency_and_damping(&inverse(information)?, poles))
 }

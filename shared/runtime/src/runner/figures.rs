@@ -52,7 +52,7 @@ impl<L: Link> Runner<L> {
         self.fresh_ns
     }
 
-    /// Payload sent since this start [bytes].
+    /// Payload sent since this start \[bytes\].
     #[must_use]
     pub fn bytes_sent(&self) -> u64 {
         self.bytes_sent

@@ -42,11 +42,11 @@ pub(super) struct Ward {
     pub epoch: u32,
     /// Of the last death, as in [`crate::process::Life`].
     pub cause: u32,
-    /// Killed for a hang: since its last sign of life [ms].
+    /// Killed for a hang: since its last sign of life \[ms\].
     pub hung_ms: Option<f64>,
     /// Of the lives that are over, and of the present one as last looked at.
     past: LifeFigures,
-    /// Waiting time of its process when it was last silent [s].
+    /// Waiting time of its process when it was last silent \[s\].
     waited_s: f64,
     starved_at: Option<Instant>,
     starved_times: u32,

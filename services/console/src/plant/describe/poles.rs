@@ -74,7 +74,7 @@ impl Poles {
         Ok(Poles { about, open: modes.modes, zeros: modes.zeros, closed })
     }
 
-    /// Frequencies [Hz], damping ratios and poles [1/s], each with the state that dominates its
+    /// Frequencies \[Hz\], damping ratios and poles [1/s], each with the state that dominates its
     /// mode.
     pub fn as_json(&self) -> Value {
         let open = self.open.iter().map(|mode| {

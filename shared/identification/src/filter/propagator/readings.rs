@@ -45,7 +45,7 @@ impl Propagator<'_> {
         k == 0 && (sensor.delay_is_unknown || reaches)
     }
 
-    /// By how much the instant that the sample is about lies before its event [s].
+    /// By how much the instant that the sample is about lies before its event \[s\].
     pub(super) fn behind(&self, sample: usize, channel: usize) -> f64 {
         let sensor = &self.sensors[channel];
         let stamp = self.timeline.stamp_s[sample];
