@@ -53,7 +53,8 @@ fn a_trace_has_frames_of_every_partition_and_the_restart_of_who_died() {
     assert_eq!(processes, PARTITIONS);
     for process in named("process_name").map(|event| &event["pid"]) {
         let frames = named("frame").filter(|event| event["pid"] == *process).count() as u64;
-        // Who dies loses the markers since it last slept, and does the frames since its checkpoint again.
+        // Who dies loses the markers since it last slept, and does the frames since its checkpoint
+        // again.
         assert!(frames + 100 >= undisturbed().frames, "{process}: {frames} frames");
     }
     assert_eq!(named("restart: signal 9").count(), 1);

@@ -1,4 +1,5 @@
-//! Want of a disk, of descriptors, of memory: refused before the run with need and cure, or declared.
+//! Want of a disk, of descriptors, of memory: refused before the run with need and cure, or
+//! declared.
 
 use crate::ended::DEGRADED;
 use crate::world::{World, undisturbed};

@@ -197,4 +197,6 @@ fn two_priors(known: &JointUnknown, first: &Arc, found: &JointUnknown, second: &
 }
 
 #[cfg(test)]
+mod base_tests;
+#[cfg(test)]
 mod tests;

@@ -76,8 +76,8 @@ pub(super) fn answered(
         _ => on_fitted(session, &leader.model, &before.model),
     };
     let (compared, left) = (beside(bare), beside(leader));
-    let told = Told { session, pool, models: &models, names: &names.list, decision: &decision, law, compared, left };
-    told.diagnosis(notes)
+    let shown = Shown { session, pool, models: &models, names: &names.list, decision: &decision, law, compared, left };
+    shown.diagnosis(notes)
 }
 
 /// Sum of the places of a model's laws in the catalogue.
@@ -86,7 +86,7 @@ fn rank(model: &Model) -> usize {
     laws.map(|kind| model.problem.plant.catalogue.place(kind)).sum()
 }
 
-struct Told<'a> {
+struct Shown<'a> {
     session: &'a EstimationSession<'a>,
     pool: &'a Pool,
     models: &'a [Weighted],
@@ -107,7 +107,7 @@ fn on_fitted(session: &EstimationSession<'_>, own: &Model, bare: &Model) -> Opti
     of(own)?.beside(&of(bare)?)
 }
 
-impl Told<'_> {
+impl Shown<'_> {
     fn leader(&self) -> &Entry {
         &self.pool.entries[self.decision.leader]
     }

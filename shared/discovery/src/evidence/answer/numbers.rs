@@ -1,6 +1,6 @@
 //! Numbers of an answer: the plant before and after, held-out data, detection limits.
 
-use super::Told;
+use super::Shown;
 use crate::diagnose::{DetectionLimit, HeldOut, HeldOutChannel, HeldOutKind, Nominal};
 use crate::evidence::decide::LEVEL;
 use crate::evidence::horizon::Site;
@@ -8,7 +8,7 @@ use crate::evidence::screen::Looked;
 use dynamics::description::{EffectUse, Plant};
 use identification::held_out::ChannelFit;
 
-impl Told<'_> {
+impl Shown<'_> {
     pub(super) fn nominal(&self) -> Vec<Nominal> {
         let before = &self.bare().model;
         let after = if self.has_effects() { &self.leader().model } else { before };

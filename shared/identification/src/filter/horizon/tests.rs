@@ -5,20 +5,20 @@ use crate::filter::{gains, whiten};
 use crate::fit::{EstimationSession, LinearisedProblem};
 use crate::synthetic::{plant, problem, recording};
 
-fn about(name: &str, duration_s: f64, louder: f64, seen: &mut dyn FnMut(&Linear, &Timeline, &NoiseModel)) {
+fn about(name: &str, duration_s: f64, factor: f64, seen: &mut dyn FnMut(&Linear, &Timeline, &NoiseModel)) {
     let nominal = plant(name);
     let problem = problem(&nominal, recording(&nominal, 3, duration_s));
     let session = EstimationSession::new(&problem, 1).unwrap();
     let found = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
     let mut noise = session.noise.clone();
-    noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= louder);
+    noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= factor);
     seen(&found.linears[0], &session.timelines[0], &noise);
 }
 
 #[test]
 fn a_window_of_one_event_is_the_filter_s_own_prediction_of_the_first_channel_under_any_noise() {
-    for (name, louder) in [("drive_rig", 1.0), ("drive_rig", 3.0), ("pendulum", 2.0)] {
-        about(name, 2.0, louder, &mut |linear, timeline, noise| {
+    for (name, factor) in [("drive_rig", 1.0), ("drive_rig", 3.0), ("pendulum", 2.0)] {
+        about(name, 2.0, factor, &mut |linear, timeline, noise| {
             let found = ahead(linear, timeline, noise, 1, 10).unwrap();
             let own = gains(linear, timeline, noise).unwrap();
             let mut r = linear.nu.clone();
