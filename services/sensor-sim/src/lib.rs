@@ -28,6 +28,7 @@ mod simulation;
 pub mod systems;
 mod vehicle;
 
+use ::simulation::SimulatorState;
 use plant_file::scenario::Scenario;
 use recording::{ChannelMap, ReplayFrames, ReplaySample};
 use runtime::experiment::ExperimentWindow;
@@ -112,13 +113,14 @@ impl Partition for SensorSim {
     }
 
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
-        self.state.simulation.keep(&self.simulation);
-        runtime::save_state(&self.state, state)
+        runtime::save_state(&(&self.state, self.simulation.vehicle_state()), state)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
-        self.state = runtime::restore_state(state)?;
-        self.simulation.restore(&self.state.simulation).map_err(|error| StateError::Other(error.to_string()))
+        let (state, vehicle): (State, Option<SimulatorState>) = runtime::restore_state(state)?;
+        self.state = state;
+        let restored = self.simulation.restore(&self.state.simulation, vehicle.as_ref());
+        restored.map_err(|error| StateError::Other(error.to_string()))
     }
 }
 

@@ -34,7 +34,7 @@ enum Which {
     MatedArm,
 }
 
-/// Everything that changes in a simulation.
+/// What changes in a simulation beside the vehicle.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SimulationState {
     which: Which,
@@ -42,18 +42,12 @@ pub struct SimulationState {
     entered_frame: u64,
     inhibited: bool,
     grasped: bool,
-    vehicle: Option<SimulatorState>,
 }
 
 impl SimulationState {
     /// No excitation until the next mode.
     pub fn inhibit(&mut self) {
         self.inhibited = true;
-    }
-
-    /// Takes the simulator's state into the checkpoint.
-    pub fn keep(&mut self, simulation: &Simulation) {
-        self.vehicle = simulation.vehicle.as_ref().map(Vehicle::state);
     }
 }
 
@@ -103,13 +97,22 @@ impl Simulation {
         self.build(state);
     }
 
+    /// Of the vehicle, for a checkpoint: the bytes of an `Option<SimulatorState>`.
+    pub fn vehicle_state(&self) -> impl Serialize + '_ {
+        self.vehicle.as_ref().map(Vehicle::state)
+    }
+
     /// Continues from a checkpoint.
     ///
     /// # Errors
     /// The checkpoint is of another scenario.
-    pub fn restore(&mut self, state: &SimulationState) -> Result<(), simulation::SimulationError> {
+    pub fn restore(
+        &mut self,
+        state: &SimulationState,
+        vehicle: Option<&SimulatorState>,
+    ) -> Result<(), simulation::SimulationError> {
         self.build(state);
-        match (&mut self.vehicle, &state.vehicle) {
+        match (&mut self.vehicle, vehicle) {
             (Some(vehicle), Some(state)) => vehicle.restore(state),
             _ => Ok(()),
         }

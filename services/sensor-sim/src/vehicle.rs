@@ -3,6 +3,7 @@
 
 use dynamics::description::{ActuatorKind, Joint, JointKind, Plant, Sensor, SensorKind};
 use runtime::Outputs;
+use serde::Serialize;
 use simulation::{Row, SimulationError, Simulator, SimulatorState};
 use telemetry::{
     ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, IMU, Imu, JOINTS, Joints,
@@ -111,7 +112,7 @@ impl Vehicle {
     }
 
     /// State of plant, sensors and noise for a checkpoint.
-    pub fn state(&self) -> SimulatorState {
+    pub fn state(&self) -> impl Serialize + '_ {
         self.simulator.state()
     }
 

@@ -160,7 +160,8 @@ pub struct PartitionLimits {
     pub restarts_max: u32,
     /// ... when they fall into this time \[s\].
     pub restarts_within_s: u64,
-    /// Waits before the first, second, ... restart \[ms\]; the last one repeats.
+    /// Waits after the first, second, ... life in a row that came to no fresh frame \[ms\]; the
+    /// last one repeats. After a life that worked the first one holds.
     pub back_off_ms: Vec<u64>,
     /// What becomes of the run once it is given up.
     pub given_up: GivenUp,

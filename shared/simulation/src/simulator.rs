@@ -56,6 +56,14 @@ impl Row {
 /// Everything that changes: with plant, seed and prefix it determines the future.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatorState {
+    present: Present,
+    /// The recent past, where a sensor reaches back into it.
+    history: Option<History>,
+}
+
+/// Of the present instant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Present {
     /// Plant time at which sample 0 lies [s].
     start_s: f64,
     /// Number of periods since; and of those that were excited.
@@ -67,8 +75,6 @@ pub struct SimulatorState {
     integrals: Vec<f64>,
     inputs: InputsState,
     sensors: SensorsState,
-    /// The recent past, where a sensor reaches back into it.
-    history: Option<History>,
 }
 
 /// Noise-free values at the present instant, i.e. of the beginning of the next period, with the
@@ -91,7 +97,7 @@ pub struct Simulator {
     history: History,
     period_s: f64,
     warning: Option<String>,
-    state: SimulatorState,
+    state: Present,
     row: Row,
     /// Readings of the present instant, at the beginning and at the end of a piece; what the
     /// controllers read.
@@ -235,10 +241,10 @@ impl Simulator {
         &self.dynamics.system
     }
 
-    /// The changing part, for a checkpoint.
-    pub fn state(&self) -> SimulatorState {
+    /// The changing part, for a checkpoint: the bytes of a [`SimulatorState`], without a copy.
+    pub fn state(&self) -> impl Serialize + '_ {
         let reaches_back = self.sensors.span_s() > 0.0;
-        SimulatorState { history: reaches_back.then(|| self.history.clone()), ..self.state.clone() }
+        (&self.state, reaches_back.then_some(&self.history))
     }
 
     /// Continues from a checkpoint of a simulator built with the same plant, seed and prefix, with
@@ -247,6 +253,7 @@ impl Simulator {
     /// # Errors
     /// [`SimulationError::ForeignState`]: the checkpoint is of another plant.
     pub fn restore(&mut self, state: &SimulatorState) -> Result<(), SimulationError> {
+        let SimulatorState { present: state, history } = state;
         let own = &self.state;
         for (what, got, expected) in [
             ("state", state.x.len(), own.x.len()),
@@ -261,13 +268,13 @@ impl Simulator {
             }
         }
         self.history.clear();
-        if let Some(history) = &state.history {
+        if let Some(history) = history {
             if !history.same_shape(&self.history) {
                 return Err(SimulationError::ForeignState { what: "history", got: 0, expected: 1 });
             }
             self.history.clone_from(history);
         }
-        self.state = SimulatorState { history: None, ..state.clone() };
+        self.state.clone_from(state);
         Ok(())
     }
 
@@ -378,7 +385,7 @@ fn start(
     inputs: &Inputs,
     sensors: &Sensors,
     (start_s, initial): (f64, &Initial),
-) -> Result<SimulatorState, SimulationError> {
+) -> Result<Present, SimulationError> {
     let (inputs_state, rest) = inputs.start(initial);
     let references = |name: &str| {
         let prescribes =
@@ -394,7 +401,7 @@ fn start(
     let mut u = vec![0.0; system.inputs().len()];
     let clock = ExcitedClock { begin_s: start_s, excited_begin_s: start_s, running: true };
     inputs.prescribe(&inputs_state.motions, &clock, start_s, start_s, &mut u);
-    Ok(SimulatorState {
+    Ok(Present {
         start_s,
         sample: 0,
         excited_sample: 0,
@@ -404,12 +411,11 @@ fn start(
         integrals: vec![0.0; controllers.len()],
         inputs: inputs_state,
         sensors: sensors.start(),
-        history: None,
     })
 }
 
 /// Room for one period and for what the sensors reach back to.
-fn new_history(state: &SimulatorState, sensors: &Sensors, inputs: &Inputs, period_s: f64) -> History {
+fn new_history(state: &Present, sensors: &Sensors, inputs: &Inputs, period_s: f64) -> History {
     let widths = Widths {
         x: state.x.len(),
         u: state.u.len(),

@@ -128,8 +128,7 @@ impl Warden<'_> {
         if ward.deaths.len() as u32 > limits.restarts_max {
             return self.give_up(index);
         }
-        let back_off = &limits.back_off_ms;
-        let wait_ms = back_off.get(ward.deaths.len() - 1).or(back_off.last()).copied().unwrap_or(0);
+        let wait_ms = ward.wait_ms(&limits.back_off_ms);
         ward.epoch += 1;
         self.supervisor_heard = Instant::now();
         ward.state = State::Waiting { until: Instant::now() + Duration::from_millis(wait_ms) };

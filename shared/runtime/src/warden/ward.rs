@@ -52,6 +52,8 @@ pub(super) struct Ward {
     starved_times: u32,
     /// Its last life ended by a fault of its own, and nothing was made of it.
     failed: bool,
+    /// Lives in a row that ended before a frame of samples newer than their start.
+    lives_in_vain: usize,
     past_usage: Usage,
     usage: Usage,
 }
@@ -70,6 +72,7 @@ impl Ward {
             starved_at: None,
             starved_times: 0,
             failed: false,
+            lives_in_vain: 0,
             past_usage: Usage::default(),
             usage: Usage::default(),
         }
@@ -121,7 +124,10 @@ impl Ward {
 
     /// A life is over: its figures are kept.
     pub fn close_life(&mut self, dir: &RunDir, log: &mut DeathLog) {
-        if let Some(figures) = self.figures(dir) {
+        let figures = self.figures(dir);
+        let worked = figures.as_ref().is_some_and(|figures| figures.fresh_ns.is_some());
+        self.lives_in_vain = if worked { 0 } else { self.lives_in_vain + 1 };
+        if let Some(figures) = figures {
             figures.fresh_ns.into_iter().for_each(|fresh_ns| log.recovered(self.id.text(), self.epoch, fresh_ns));
             self.past.add(&figures);
             // A life that came to a fresh frame had what it needs.
@@ -129,6 +135,13 @@ impl Ward {
         }
         self.past_usage.add(&core::mem::take(&mut self.usage));
         self.waited_s = 0.0;
+    }
+
+    /// Wait before its next life \[ms\]: a back-off breaks a loop of starts that fail, and a life
+    /// that worked ends such a loop.
+    pub fn wait_ms(&self, back_off_ms: &[u64]) -> u64 {
+        let wait = back_off_ms.get(self.lives_in_vain.saturating_sub(1)).or(back_off_ms.last());
+        wait.copied().unwrap_or(0)
     }
 
     /// Its row of the table, over all lives that are over.
@@ -139,5 +152,30 @@ impl Ward {
             given_up: matches!(self.state, State::GivenUp),
             ..self.past.row(self.id.text(), self.past_usage)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waits_grow_with_lives_that_came_to_nothing_and_begin_again_after_one_that_worked() {
+        let folder = std::env::temp_dir().join(format!("obsid-ward-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let (dir, mut log) = (RunDir::at(&folder), DeathLog::default());
+        let mut ward = Ward::new(PartitionId::SloshId);
+        let mut wait_after = |ward: &mut Ward, fresh_ns| {
+            let figures = LifeFigures { epoch: ward.epoch, fresh_ns, ..LifeFigures::default() };
+            let path = dir.statistics(ward.id);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, serde_json::to_vec(&figures).unwrap()).unwrap();
+            ward.close_life(&dir, &mut log);
+            ward.epoch += 1;
+            ward.wait_ms(&[0, 50, 200])
+        };
+        let waits = [Some(1), Some(2), None, None, None, None, Some(3), None].map(|fresh| wait_after(&mut ward, fresh));
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(waits, [0, 0, 0, 50, 200, 200, 0, 0]);
     }
 }

@@ -63,7 +63,9 @@ fn a_checkpoint_continues_with_the_same_bits() {
 fn a_checkpoint_of_another_plant_is_refused() {
     let mut arm = Simulator::new(&plants::arm(&ArmNoise::none()), 0, "arm").unwrap();
     let cart = Simulator::new(&plants::cart(vec![]), 0, "cart").unwrap();
-    assert!(matches!(arm.restore(&cart.state()), Err(SimulationError::ForeignState { .. })));
+    let bytes = postcard::to_allocvec(&cart.state()).unwrap();
+    let of_cart: SimulatorState = postcard::from_bytes(&bytes).unwrap();
+    assert!(matches!(arm.restore(&of_cart), Err(SimulationError::ForeignState { .. })));
 }
 
 /// The tenth sensor is slow, lagged and jittered, so that its reading needs states between those of
