@@ -66,6 +66,7 @@ impl Warden<'_> {
                 );
                 self.tell(&Report::Status { frame, mode });
             }
+            ["WORKS", _] => self.last_work = Instant::now(),
             ["WAITS", ..] => self.waits = line["WAITS".len()..].trim_start().to_string(),
             ["HANG", name, epoch, silent_ms] => self.end_hang(name, epoch, silent_ms.parse().unwrap_or(0.0)),
             ["SILENT", name] => self.end_silence(name),
@@ -112,7 +113,8 @@ impl Warden<'_> {
                 self.limits.stall_s, self.last_frame
             ));
         }
-        if still > self.renew_after && self.services_exist && self.first_end.is_none() {
+        let idle = still.min(self.last_work.elapsed());
+        if idle > self.renew_after && self.services_exist && self.first_end.is_none() {
             self.renew_after = still + self.renew_after * 2;
             self.tell(&Report::Stall { waits: self.waits.clone(), since_s: still.as_secs_f64() });
             self.renew_services()?;
