@@ -110,9 +110,10 @@ fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Fail
             "{file}: {name}.plant is missing: there is nothing to simulate"
         )));
     }
-    if scenario.modal.is_none() && scenario.slosh.is_none() && scenario.inertial.is_none() && scenario.mated.is_none() {
+    let benchmark = scenario.modal.is_some() || scenario.slosh.is_some() || scenario.inertial.is_some();
+    if !benchmark && scenario.mated.is_none() && scenario.craft.is_none() {
         return Err(Failure::Input(miette::miette!(
-            help = "plan one of [modal], [slosh], [inertial], [mated] at least, as in deploy/scenarios/default.toml",
+            help = "plan one of [modal], [slosh], [inertial], [mated] at least, as in deploy/scenarios/default.toml, or a [craft], as in study-case.toml",
             "{file}: the scenario plans no experiment"
         )));
     }
