@@ -53,18 +53,13 @@ fn a_craft_that_is_as_its_file_says_is_accepted_and_its_held_out_arc_is_predicte
 }
 
 #[test]
-fn hidden_physics_ends_with_a_refused_model_that_names_its_arc() {
-    let folder = Folder::new("craft-hidden");
-    let text = std::fs::read_to_string(scenario()).unwrap();
-    let plant = workspace().join("deploy/plants/pendulum.toml");
-    let hidden =
-        format!("plant = {{ file = \"{}\", hide = [\"joint_coulomb@joint:pivot force=0.02\"] }}", plant.display());
-    let own = text.lines().map(|line| if line.starts_with("plant = ") { hidden.as_str() } else { line });
-    folder.file("hidden.toml", &own.collect::<Vec<_>>().join("\n"));
-    let result = folder.ask(&["run", "hidden.toml", "--link", "lockstep", "--json"]).result();
-    let verdict = &result["verdict"];
+fn hidden_physics_ends_with_a_refused_model_and_without_a_craft_nothing_can_be_hidden() {
+    let hide = ["--hide", "joint_coulomb@joint:pivot force=0.02"];
+    let run = |scenario: &str| ask(&[&["run", scenario, "--link", "lockstep", "--json"], &hide[..]].concat());
+    let verdict = run(&scenario()).result()["verdict"].clone();
     assert_eq!(verdict["accepted"], false, "{verdict}");
     assert!(verdict["reason"].as_str().unwrap().starts_with("model refused"), "{verdict}");
+    run("deploy/scenarios/short.toml").refuses(&["--hide", "short.toml", "[craft]"]);
 }
 
 #[test]
@@ -75,9 +70,9 @@ fn a_signal_for_an_actuator_that_the_craft_lacks_is_refused_with_its_line() {
     let text = text.replace("../../../deploy/plants/pendulum.toml", &plant);
     folder.file(
         "motor.toml",
-        &text.replace("duration_s = 4.0", "duration_s = 4.0\ncommands.motor = { kind = \"constant\" }"),
+        text.replace("duration_s = 4.0", "duration_s = 4.0\ncommands.motor = { kind = \"constant\" }"),
     );
     folder.ask(&["run", "motor.toml"]).refuses(&["motor.toml:", "B: commands.motor", "actuator"]);
-    folder.file("both.toml", &format!("{text}\n[slosh]\nduration_s = 1.0\n[slosh.known]\nm_0_kg = 1.0\n"));
+    folder.file("both.toml", format!("{text}\n[slosh]\nduration_s = 1.0\n[slosh.known]\nm_0_kg = 1.0\n"));
     folder.ask(&["run", "both.toml"]).refuses(&["both.toml:", "one craft flies all arcs"]);
 }

@@ -44,7 +44,7 @@ pub struct Predicted {
     pub p: f64,
 }
 
-/// How often a true model is refused in a whole run, over all its tests.
+/// How often a true model is rejected in a whole run, over all its tests.
 const FALSE_REFUSALS: f64 = 1e-3;
 
 /// What priors and messages say together: `Λ = 1 + Σ N` about the messages' own points of

@@ -36,7 +36,7 @@ record! {
 }
 
 record! {
-    /// What one arc says of all parameters at a point of linearisation, its own numbers (biases,
+    /// What one arc says of all parameters at a point of linearisation, its own parameters (biases,
     /// clocks) eliminated and the priors of the others not counted: `N = sum h h'`, `g = sum h r`
     /// of its whitened innovations r and their sensitivities h.
     Information {
