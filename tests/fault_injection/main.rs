@@ -7,6 +7,7 @@
 //! [`world`] is the only helper: start there.
 #![forbid(unsafe_code)]
 
+mod craft;
 mod deaths;
 mod ended;
 mod give_up;

@@ -53,17 +53,23 @@ impl Drop for Permit {
 
 pub struct World {
     folder: PathBuf,
+    scenario: &'static str,
     /// Folders of all runs so far; their names are the prefixes of their files in shared memory.
     runs: Mutex<Vec<PathBuf>>,
 }
 
 impl World {
     pub fn new() -> Self {
+        Self::flying(SCENARIO)
+    }
+
+    /// A world in which another scenario than the short one is flown.
+    pub fn flying(scenario: &'static str) -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         // Short, because sockets lie in it (107 bytes at most); must not begin like a run's folder:
         // wardens purge those.
         let name = format!("faults-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let world = World { folder: Path::new(SHARED_MEMORY).join(name), runs: Mutex::default() };
+        let world = World { folder: Path::new(SHARED_MEMORY).join(name), scenario, runs: Mutex::default() };
         for folder in [world.folder.clone(), world.root(), world.scratch()] {
             std::fs::create_dir(folder).expect("the name is new");
         }
@@ -107,25 +113,25 @@ impl World {
         command.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_obsid")]).args(arguments).output().unwrap()
     }
 
-    /// The short scenario in one thread.
+    /// The scenario in one thread.
     pub fn lockstep(&self, arguments: &[&str]) -> Ended {
-        let output = self.obsid(&[&["run", SCENARIO, "--json", "--link", "lockstep"], arguments].concat());
+        let output = self.obsid(&[&["run", self.scenario, "--json", "--link", "lockstep"], arguments].concat());
         let log = String::from_utf8_lossy(&output.stderr).lines().map(String::from).collect();
         Ended { code: output.status.code(), json: serde_json::from_slice(&output.stdout).unwrap_or_default(), log }
     }
 
-    /// The short scenario as processes, to its end, after which nothing may be left.
+    /// The scenario as processes, to its end, after which nothing may be left.
     pub fn run(&self, arguments: &[&str]) -> Ended {
         let ended = self.start(arguments).end();
         self.assert_nothing_left();
         ended
     }
 
-    /// Starts the short scenario as processes.
+    /// Starts the scenario as processes.
     pub fn start(&self, arguments: &[&str]) -> Run<'_> {
         let permit = Permit::wait();
         let mut command = self.command("setpriv"); // util-linux; becomes the console
-        command.args(["--pdeathsig", "TERM", env!("CARGO_BIN_EXE_obsid"), "run", SCENARIO, "--json"]);
+        command.args(["--pdeathsig", "TERM", env!("CARGO_BIN_EXE_obsid"), "run", self.scenario, "--json"]);
         command.args(arguments).process_group(0).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("setpriv of util-linux can be started");
         let mut stdout = child.stdout.take().expect("piped");

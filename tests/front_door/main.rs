@@ -7,6 +7,7 @@
 mod bad_recordings;
 mod bad_scenarios;
 mod command_line;
+mod craft;
 mod desk;
 mod diagnose;
 mod documents;

@@ -3,7 +3,7 @@
 //! The command line joins recordings with plant files, calls [`identification::joint`] and shows
 //! the estimate; it decides nothing.
 
-mod base;
+pub(crate) mod base;
 mod object;
 mod words;
 
@@ -15,6 +15,7 @@ use base::BaseRow;
 use identification::joint::{Arc, JointError, JointFit, Vehicle, identify, predict};
 use identification::problem::Problem;
 use identification::work::{Watch, Work};
+pub(crate) use object::status;
 use std::path::{Path, PathBuf};
 
 /// Estimate the numbers of one vehicle from all its recordings, each with a plant file of its own

@@ -38,6 +38,7 @@ mod effects;
 mod effort;
 mod engine;
 mod flight;
+mod hidden;
 mod icd;
 mod identify;
 mod intake;

@@ -1,12 +1,14 @@
 //! What a run came to, read from its recording: modes, estimates with verdicts, partitions, digest.
 
 mod arm;
+mod generations;
 mod losses;
 mod remarks;
 
 use crate::scenario_run::{Finished, LinkKind, ScenarioRun};
 use crate::{paper, truth};
 pub use arm::ArmResults;
+pub use generations::JointOutcome;
 pub use losses::Loss;
 use physics::mated::OFF_AXIS_SIGMAS;
 use plant_file::scenario::ArmKnown;
@@ -118,6 +120,8 @@ pub struct Outcome {
     pub arm: ArmResults,
     /// What two estimates of one number say of each other.
     pub comparisons: Vec<ComparisonRow>,
+    /// Of a run that flew one craft.
+    pub joint: Option<JointOutcome>,
     pub partitions: Vec<PartitionRow>,
     /// Of processes, over all lives.
     pub deaths: Vec<DeathRow>,
@@ -138,7 +142,7 @@ impl Outcome {
     pub fn read(run: &ScenarioRun, finished: Finished, recorded: bool) -> Self {
         let Finished { rows, deaths, wall_s, link, mut failure } = finished;
         let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
-        let (mut comparisons, mut digest) = (Vec::new(), None);
+        let (mut comparisons, mut joint, mut digest) = (Vec::new(), None, None);
         let found = if recorded {
             recorded_results(run.config.results.as_ref().unwrap_or(&run.config.record), failure.is_some())
                 .map_err(|error| error.explain())
@@ -150,6 +154,7 @@ impl Outcome {
                 (modes, parameters) = results(run, &recorded);
                 arm = ArmResults::read(run, &recorded);
                 comparisons = recorded.of(COMPARISON_INERTIA).filter_map(|(_, sample)| comparison(sample)).collect();
+                joint = JointOutcome::read(run, &recorded);
                 digest = Some(identity);
             }
             Err(reason) => {
@@ -163,6 +168,7 @@ impl Outcome {
             parameters,
             arm,
             comparisons,
+            joint,
             partitions: rows,
             deaths,
             recording_loss,
@@ -202,6 +208,9 @@ impl Outcome {
         });
         for (name, rows) in self.arm.json() {
             object["estimates"][name] = rows;
+        }
+        for (name, found) in self.joint.iter().flat_map(JointOutcome::json) {
+            object[name] = found;
         }
         if let Some(failure) = &self.failure {
             object["failure"] = json!(failure);

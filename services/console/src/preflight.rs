@@ -8,9 +8,9 @@ use rustix::fs::statvfs;
 use rustix::process::{Resource, getrlimit};
 use std::path::Path;
 
-/// Free bytes in `/dev/shm`: services of 17 topics, 13 MB measured, and checkpoints; twice that.
+/// Free bytes in `/dev/shm`: services of 22 topics, 13 MB measured, and checkpoints; twice that.
 const SHM_BYTES: u64 = 32 << 20;
-/// Files in `/dev/shm`: 17 topics × 6 partitions, segments, connections; 420 measured.
+/// Files in `/dev/shm`: 22 topics × 6 partitions, segments, connections; 420 measured.
 const SHM_FILES: u64 = 1000;
 /// Descriptors of one partition: 176 measured, and what opens for a moment.
 const DESCRIPTORS: u64 = 256;

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
 use crate::scenario_run::{LinkKind, ScenarioRun};
 use crate::scratch::{ResultsFile, Scratch};
-use crate::{Failure, limits_file, preflight, scenario_file, table, trace_file};
+use crate::{Failure, hidden, limits_file, preflight, scenario_file, table, trace_file};
 use plant_file::scenario::{Opened, Scenario};
 use runtime::RunConfig;
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
@@ -19,7 +19,8 @@ use telemetry::PartitionId;
   obsid run --record flight.mcap               and keep every sample
   obsid run --trace flight.json                and what every process did when, for ui.perfetto.dev
   obsid run --link lockstep --seed 7 --json    in one thread, another seed, result as JSON
-  obsid run --speed 1                          in real time")]
+  obsid run --speed 1                          in real time
+  obsid run deploy/scenarios/study-case.toml   one craft, identified by all partitions together")]
 pub struct Arguments {
     /// Scenario file; without one the benchmark's (deploy/scenarios/default.toml, built in)
     scenario: Option<PathBuf>,
@@ -28,9 +29,13 @@ pub struct Arguments {
     /// Simulated over real time at most; without it as fast as the slowest partition
     #[arg(long, value_name = "N", value_parser = positive)]
     speed: Option<f64>,
-    /// Seed of every noise stream; without it the scenario's
+    /// Seed of every noise stream, and of a craft's numbers; without it the scenario's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Physics that the craft carries and no partition models, as in a plant file's `hide`; may be
+    /// repeated
+    #[arg(long, value_name = "KIND@SITE name=value …")]
+    hide: Vec<String>,
 }
 
 /// What `run` and `replay` have in common.
@@ -84,7 +89,9 @@ pub struct Common {
 /// or misses what it needs.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let opened = match &arguments.scenario {
-        Some(path) => scenario_file::read(path)?,
+        Some(path) if arguments.hide.is_empty() => scenario_file::read(path)?,
+        Some(path) => scenario_file::read_hiding(path, &arguments.hide)?,
+        None if !arguments.hide.is_empty() => return Err(hidden::without_craft("the default scenario")),
         None => scenario_file::default_scenario()?,
     };
     can_be_simulated(&opened.scenario, arguments.scenario.as_deref())?;
@@ -110,9 +117,10 @@ fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Fail
             "{file}: {name}.plant is missing: there is nothing to simulate"
         )));
     }
-    if scenario.modal.is_none() && scenario.slosh.is_none() && scenario.inertial.is_none() && scenario.mated.is_none() {
+    let benchmark = scenario.modal.is_some() || scenario.slosh.is_some() || scenario.inertial.is_some();
+    if !benchmark && scenario.mated.is_none() && scenario.craft.is_none() {
         return Err(Failure::Input(miette::miette!(
-            help = "plan one of [modal], [slosh], [inertial], [mated] at least, as in deploy/scenarios/default.toml",
+            help = "plan one of [modal], [slosh], [inertial], [mated] at least, as in deploy/scenarios/default.toml, or a [craft], as in study-case.toml",
             "{file}: the scenario plans no experiment"
         )));
     }

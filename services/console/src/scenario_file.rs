@@ -1,6 +1,6 @@
 //! Scenario files on the command line: the user's, and the one that comes with the program.
 
-use crate::{Failure, plants};
+use crate::{Failure, hidden, plants};
 use plant_file::scenario::{self, Opened, Refusal};
 use std::path::Path;
 
@@ -16,12 +16,29 @@ const NONE: &str = "format = 1\nname = \"no scenario\"\n";
 /// # Errors
 /// [`Failure::Input`] with file, line, column, value and cure.
 pub fn read(path: &Path) -> Result<Opened, Failure> {
+    open(&path.display().to_string(), &text_of(path)?, Some(folder_of(path)))
+}
+
+/// As [`read`]; its craft carries the effects `hide` beside its own.
+///
+/// # Errors
+/// As [`read`]; a scenario without a craft.
+pub fn read_hiding(path: &Path, hide: &[String]) -> Result<Opened, Failure> {
+    // faults of the file as it is written have their places in it
+    let opened = read(path)?;
     let file = path.display().to_string();
-    let text = plants::utf8_text(path).map_err(|(message, cure)| {
+    open(&file, &hidden::with(&file, &opened.text, hide)?, Some(folder_of(path)))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+fn text_of(path: &Path) -> Result<String, Failure> {
+    plants::utf8_text(path).map_err(|(message, cure)| {
         let cure = cure.unwrap_or_else(|| "give the path of a scenario file, see deploy/scenarios".into());
         Failure::Input(miette::miette!(help = cure, "{message}"))
-    })?;
-    open(&file, &text, Some(path.parent().unwrap_or(Path::new(""))))
+    })
 }
 
 /// The built-in scenario.

@@ -51,5 +51,7 @@ pub fn frames_expected(run: &ScenarioRun) -> u64 {
             .filter(|_| scenario.capture.enabled)
             .map(|arm| arm.duration_s + scenario.capture.settle_s),
     ];
-    durations.iter().flatten().map(|&duration_s| scenario.frames(duration_s) + between).sum::<u64>() + 2 * between
+    let arcs = scenario.craft.iter().flat_map(|craft| &craft.arcs).map(|arc| &arc.duration_s);
+    durations.iter().flatten().chain(arcs).map(|&duration_s| scenario.frames(duration_s) + between).sum::<u64>()
+        + 2 * between
 }

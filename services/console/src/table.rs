@@ -1,5 +1,7 @@
 //! Tables for a terminal: aligned on the decimal point, with sigmas.
 
+mod generations;
+
 use crate::outcome::{FoundNumber, Outcome, ParameterRow};
 use crate::scenario_run::LinkKind;
 use std::fmt::Write;
@@ -10,7 +12,10 @@ use telemetry::{Domain, PartitionId};
 pub fn outcome(outcome: &Outcome) -> String {
     let mut text = completion(outcome);
     modes(outcome, &mut text);
-    parameters(outcome, &mut text);
+    match &outcome.joint {
+        Some(found) => generations::write(found, &mut text),
+        None => parameters(outcome, &mut text),
+    }
     partitions(outcome, &mut text);
     lost_domains(outcome, &mut text);
     let digest = outcome.digest.as_deref().unwrap_or("none: nothing was recorded");

@@ -20,7 +20,7 @@
 //! # }
 //! ```
 //!
-//! May import: physics, estimation, plant_file, runtime, telemetry.
+//! May import: physics, estimation, craft, plant_file, runtime, telemetry.
 //!
 //! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
@@ -102,6 +102,10 @@ pub struct InertialId {
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::InertialId))?;
+    if let Some(plan) = &scenario.craft {
+        let keeper = craft::keeper::Keeper::new(PartitionId::InertialId, Domain::Inertial, plan);
+        return Ok(Box::new(keeper.map_err(ConnectError::of(PartitionId::InertialId))?));
+    }
     let known = |arm: &Option<ArmExperiment>| arm.as_ref().map(|arm| arm.known.clone());
     Ok(Box::new(InertialId {
         state: State::default(),

@@ -30,7 +30,7 @@
 //! # }
 //! ```
 //!
-//! May import: modal, estimation, physics, plant_file, runtime, telemetry.
+//! May import: modal, estimation, physics, craft, plant_file, runtime, telemetry.
 //!
 //! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
@@ -111,6 +111,10 @@ struct Due {
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::ModalId))?;
+    if let Some(plan) = &scenario.craft {
+        let keeper = craft::keeper::Keeper::new(PartitionId::ModalId, Domain::Modal, plan);
+        return Ok(Box::new(keeper.map_err(ConnectError::of(PartitionId::ModalId))?));
+    }
     Ok(Box::new(ModalId {
         state: State::default(),
         known: scenario.modal.map(|modal| modal.known).unwrap_or_default(),

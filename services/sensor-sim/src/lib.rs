@@ -24,9 +24,11 @@
 //! Must never know: estimators, and the closed-form models that they use.
 #![forbid(unsafe_code)]
 
+pub mod craft;
 mod simulation;
 pub mod systems;
 mod vehicle;
+mod wrench;
 
 use ::simulation::SimulatorState;
 use plant_file::scenario::Scenario;

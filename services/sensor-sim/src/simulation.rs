@@ -32,6 +32,8 @@ enum Which {
     /// Approaching the target with the arm held; the target is on after the grasp.
     Grasp,
     MatedArm,
+    /// The arc of this number of the one craft.
+    Craft(u32),
 }
 
 /// What changes in a simulation beside the vehicle.
@@ -76,7 +78,10 @@ impl Simulation {
 
     /// The mode that takes effect decides which system is simulated from now on.
     pub fn enter(&mut self, state: &mut SimulationState, mode: &Mode) {
+        let experiment = Experiment::from_code(mode.experiment).filter(|experiment| *experiment != Experiment::None);
+        let arc = self.scenario.craft.as_ref().and(experiment).map(|_| mode.generation.saturating_sub(1));
         let next = match (ModeState::from_code(mode.state), Experiment::from_code(mode.experiment)) {
+            _ if arc.is_some() => Which::Craft(arc.unwrap_or(0)),
             (_, Some(Experiment::Modal)) => Which::Appendage,
             (_, Some(Experiment::Slosh)) => Which::Tank,
             (_, Some(Experiment::Inertial)) => Which::Arm,
@@ -127,15 +132,17 @@ impl Simulation {
             Which::Arm => "inertial",
             Which::Grasp | Which::MatedArm if state.grasped => "mated",
             Which::Grasp | Which::MatedArm => "grasp",
+            Which::Craft(_) => "craft",
         };
         let stream = format!("{name}.{}", state.generation);
         let setting = Setting { frame_s: self.period_s, seed: self.seed, stream: &stream };
-        let Scenario { modal, slosh, inertial, mated, .. } = &self.scenario;
+        let Scenario { modal, slosh, inertial, mated, craft, .. } = &self.scenario;
         let built = match state.which {
             Which::Idle => None,
             Which::Appendage => modal.as_ref().map(|modal| systems::appendage(modal, setting)),
             Which::Tank => slosh.as_ref().map(|slosh| systems::tank(slosh, setting)),
             Which::Arm => inertial.as_ref().map(|arm| systems::arm(arm, true, setting)),
+            Which::Craft(arc) => craft.as_ref().map(|craft| systems::of_arc(craft, arc as usize, setting)),
             Which::Grasp | Which::MatedArm => mated.as_ref().map(|arm| systems::arm(arm, state.grasped, setting)),
         };
         self.vehicle = built.transpose().expect("every vehicle of the scenario was built once at the start").flatten();
@@ -152,7 +159,7 @@ impl Simulation {
         let open = window.experiment != Experiment::None && frame.number < window.end_frame;
         let excited = open && !state.inhibited;
         match state.which {
-            Which::Appendage | Which::Tank | Which::Arm if open => {
+            Which::Appendage | Which::Tank | Which::Arm | Which::Craft(_) if open => {
                 self.vehicle_frame(window.elapsed(frame), excited, frame.t_ns, out);
             }
             Which::Grasp => {

@@ -2,9 +2,12 @@
 //! in the benchmark; what the experiment itself decides (command, rate, trajectory) is the
 //! scenario's.
 
+use crate::craft;
 use crate::vehicle::{Vehicle, VehicleError};
 use dynamics::description::{Controller, Plant, Quantity, Signal, SignalKind};
-use plant_file::scenario::{ArmExperiment, ModalExperiment, PlantUse, Scenario, SloshExperiment, Trajectory};
+use plant_file::scenario::{
+    ArmExperiment, CraftPlan, ModalExperiment, PlantUse, Scenario, SloshExperiment, Trajectory,
+};
 use simulation::fourier_reference::FourierReference;
 
 /// Why an experiment cannot be simulated.
@@ -41,7 +44,12 @@ pub fn check(scenario: &Scenario) -> Result<(), (&'static str, SystemsError)> {
         ("mated", scenario.mated.as_ref().map(|mated| arm(mated, true, setting))),
         ("mated", scenario.mated.as_ref().map(|mated| arm(mated, false, setting))),
     ];
-    built.into_iter().try_for_each(|(name, vehicle)| vehicle.transpose().map(|_| ()).map_err(|error| (name, error)))
+    let arcs = scenario.craft.iter().flat_map(|craft| (0..craft.arcs.len()).map(move |arc| (craft, arc)));
+    let arcs = arcs.map(|(craft, arc)| ("craft", Some(of_arc(craft, arc, setting))));
+    built
+        .into_iter()
+        .chain(arcs)
+        .try_for_each(|(name, vehicle)| vehicle.transpose().map(|_| ()).map_err(|error| (name, error)))
 }
 
 /// The arm of an experiment; `grasped` decides whether its target is on.
@@ -105,6 +113,17 @@ pub fn appendage(experiment: &ModalExperiment, setting: Setting<'_>) -> Result<O
     let (size, width_s) = (Quantity::known(experiment.torque_nm), Quantity::known(experiment.pulse_s));
     command(&mut plant, SignalKind::Pulse { size, width_s, period_s: None }).map_err(|reason| refused(used, reason))?;
     vehicle(used, &plant, setting)
+}
+
+/// The craft of an arc, which also gives its rows; `setting.seed` decides which craft it is.
+///
+/// # Errors
+/// See [`SystemsError`].
+pub fn of_arc(plan: &CraftPlan, arc: usize, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
+    let Some(arc) = plan.arcs.get(arc) else { return Ok(None) };
+    let plant = craft::flown(plan, arc, setting.seed).map_err(|error| refused(&plan.plant, error.to_string()))?;
+    let built = vehicle(&plan.plant, &plant, setting)?;
+    Ok(built.map(|vehicle| vehicle.with_rows(plant)))
 }
 
 fn configured(used: &PlantUse) -> Result<Plant, SystemsError> {

@@ -1,13 +1,15 @@
 //! A plant as the vehicle of an experiment: its simulator, and which channel goes into which
 //! sample.
 
-use dynamics::description::{ActuatorKind, Joint, JointKind, Plant, Sensor, SensorKind};
+use crate::craft;
+use crate::wrench::{Wrench, is_hub, wrench};
+use dynamics::description::{Joint, Plant, Sensor, SensorKind};
 use runtime::Outputs;
 use serde::Serialize;
 use simulation::{Row, SimulationError, Simulator, SimulatorState};
 use telemetry::{
-    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, IMU, Imu, JOINTS, Joints,
-    Sample,
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, CRAFT, IMU, Imu, JOINTS,
+    Joints, Sample,
 };
 
 const RATE_VALID_X: u64 = 1;
@@ -40,13 +42,6 @@ impl Slot {
     }
 }
 
-/// What a unit of a command does to the hub.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Wrench {
-    force_n: [f64; 3],
-    torque_nm: [f64; 3],
-}
-
 /// Why a plant cannot be flown.
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleError {
@@ -76,6 +71,8 @@ pub struct Vehicle {
     joints: usize,
     period_s: f64,
     frame_s: f64,
+    /// Of a craft whose rows go out, too.
+    craft: Option<Plant>,
 }
 
 impl Vehicle {
@@ -103,7 +100,13 @@ impl Vehicle {
             array_interval_s,
             period_s,
             frame_s,
+            craft: None,
         })
+    }
+
+    /// Publishes the rows of `craft`, whose simulator this is, too.
+    pub fn with_rows(self, craft: Plant) -> Self {
+        Self { craft: Some(craft), ..self }
     }
 
     /// Frames of a control period; its samples go out in the last of them, when they are known.
@@ -150,6 +153,9 @@ impl Vehicle {
         publish_joints(row, &self.slots, self.joints, t_ns, out);
         if let Some(interval_s) = self.array_interval_s {
             publish_array(row, &self.slots, interval_s, t_ns, out);
+        }
+        if let Some(plant) = &self.craft {
+            out.publish(CRAFT, &craft::row(plant, row, self.period_s, t_ns));
         }
     }
 }
@@ -277,12 +283,6 @@ fn slot(plant: &Plant, sensor: &Sensor, joints: &[&str], array: usize) -> Result
     })
 }
 
-/// The body that the samples of the inertial measurement unit and of the actuators speak of: the
-/// first one.
-fn is_hub(plant: &Plant, body: &str) -> bool {
-    plant.bodies.first().is_some_and(|hub| hub.name == body)
-}
-
 fn interval_s(plant: &Plant, sensor: &Sensor) -> f64 {
     sensor.period_s.map_or(plant.simulation.period_s, |period| period.value)
 }
@@ -310,36 +310,6 @@ fn array_interval_s(plant: &Plant, slots: &[Slot]) -> Result<Option<f64>, Vehicl
         }
     }
     Ok(Some(shared_s))
-}
-
-/// What a unit of an actuator's command does to the hub, about the origin of its axes.
-fn wrench(plant: &Plant, kind: &ActuatorKind) -> Option<Wrench> {
-    let force = |position_m: [f64; 3], direction: [f64; 3]| Wrench {
-        force_n: direction,
-        torque_nm: core::array::from_fn(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            position_m[j] * direction[k] - position_m[k] * direction[j]
-        }),
-    };
-    let torque = |direction: [f64; 3]| Wrench { torque_nm: direction, ..Wrench::default() };
-    match kind {
-        ActuatorKind::BodyForce { body, position_m, direction }
-        | ActuatorKind::Thruster { body, position_m, direction } => {
-            is_hub(plant, body).then(|| force(position_m.map(|position| position.value), *direction))
-        }
-        ActuatorKind::BodyTorque { body, direction } => is_hub(plant, body).then(|| torque(*direction)),
-        ActuatorKind::Wheel { body, axis, .. } => is_hub(plant, body).then(|| torque(*axis)),
-        // A joint between inertial space and the hub drives the hub itself.
-        ActuatorKind::JointTorque { joint } => {
-            let hub = plant.bodies.first().filter(|hub| hub.parent.is_none() && hub.joint.name == *joint)?;
-            match hub.joint.kind {
-                JointKind::Revolute { axis } => Some(torque(axis)),
-                JointKind::Prismatic { axis } => Some(force([0.0; 3], axis)),
-                JointKind::Free | JointKind::Fixed => None,
-            }
-        }
-        _ => None,
-    }
 }
 
 /// Which body axis a unit vector is, and whether it points along (1) or against it (-1).

@@ -24,7 +24,7 @@
 //! # }
 //! ```
 //!
-//! May import: physics, estimation, plant_file, runtime, telemetry.
+//! May import: physics, estimation, craft, plant_file, runtime, telemetry.
 //!
 //! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
@@ -82,6 +82,10 @@ pub struct SloshId {
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::SloshId))?;
+    if let Some(plan) = &scenario.craft {
+        let keeper = craft::keeper::Keeper::new(PartitionId::SloshId, Domain::Slosh, plan);
+        return Ok(Box::new(keeper.map_err(ConnectError::of(PartitionId::SloshId))?));
+    }
     let replays = run.replay.as_ref().is_some_and(|replay| replay.identifies(Domain::Slosh));
     Ok(Box::new(SloshId::new(scenario.slosh.map(|slosh| slosh.known), replays)))
 }

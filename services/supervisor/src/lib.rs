@@ -18,7 +18,7 @@
 //! # }
 //! ```
 //!
-//! May import: telemetry, estimation, physics, plant_file, runtime.
+//! May import: telemetry, estimation, physics, craft, plant_file, runtime.
 //!
 //! Must never know: how a plant is simulated, another service, a clock, a file.
 //!
@@ -31,6 +31,7 @@
 //! | `contact` | contact detected from a jump of the momentum, or of the base rate |
 //! | `verdicts` | verdicts on experiments that give no model |
 //! | `mission` | plan, needs and predicted sigmas of the scenario |
+//! | `joint` | one craft through all its arcs: generations of messages, their tests, the verdict |
 //! | `measured` | quantities from the samples of a frame: base rate, live sensors, held-out rows |
 
 #![forbid(unsafe_code)]
@@ -38,6 +39,7 @@
 pub mod contact;
 pub mod held_out;
 pub mod inertia;
+mod joint;
 mod measured;
 mod mission;
 pub mod mode;
@@ -102,6 +104,10 @@ pub struct Supervisor {
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::Supervisor))?;
+    if let Some(craft) = &scenario.craft {
+        let joint = joint::JointSupervisor::new(&scenario, craft, run.window_frames);
+        return Ok(Box::new(joint.map_err(ConnectError::of(PartitionId::Supervisor))?));
+    }
     let mission = Mission::new(run, &scenario).map_err(ConnectError::of(PartitionId::Supervisor))?;
     let state = State {
         machine: ModeMachine::new(mission.plan, run.window_frames),
@@ -178,16 +184,8 @@ impl Supervisor {
     /// A partition that was given up leaves a verdict on what it will not deliver.
     fn note_lost(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
         for lost in frame.urgent.iter().filter_map(runtime::pacing::given_up) {
-            let domain = match lost {
-                PartitionId::InertialId => Domain::Inertial,
-                PartitionId::SloshId => Domain::Slosh,
-                PartitionId::ModalId => Domain::Modal,
-                PartitionId::SensorSim => {
-                    self.state.source_lost = true;
-                    continue;
-                }
-                PartitionId::Supervisor | PartitionId::Recorder => continue,
-            };
+            self.state.source_lost |= lost == PartitionId::SensorSim;
+            let Some(domain) = domain_of(lost) else { continue };
             let index = usize::from(domain.code());
             if !core::mem::replace(&mut self.state.lost[index], true) {
                 let (phase, why) = (self.state.window.phase(), (Reason::PartitionLost, 0.0, 0.0));
@@ -263,6 +261,16 @@ impl Supervisor {
             of.lost = state.lost[index];
         }
         situation
+    }
+}
+
+/// The domain that a partition identifies.
+const fn domain_of(partition: PartitionId) -> Option<Domain> {
+    match partition {
+        PartitionId::InertialId => Some(Domain::Inertial),
+        PartitionId::SloshId => Some(Domain::Slosh),
+        PartitionId::ModalId => Some(Domain::Modal),
+        PartitionId::SensorSim | PartitionId::Supervisor | PartitionId::Recorder => None,
     }
 }
 

@@ -77,7 +77,8 @@ impl Ledger {
 /// Models that an experiment owes.
 fn flown(experiment: Experiment, plan: &Plan) -> [bool; SLOTS] {
     match experiment {
-        Experiment::None => [false; SLOTS],
+        // a craft's arcs are judged together
+        Experiment::None | Experiment::HeldOut => [false; SLOTS],
         Experiment::Inertial => [true, false, false, false],
         Experiment::Slosh => [false, true, false, false],
         Experiment::Modal => [false, false, true, false],

@@ -11,18 +11,22 @@
 //! 6). An arc that is not there leaves the estimate wider and as honest.
 
 mod agreement;
+mod alone;
+mod block;
+mod eliminated;
 mod fold;
 mod sequence;
 mod stage;
 
 pub use agreement::Agreement;
+pub use eliminated::Eliminated;
 pub use fold::{Knowledge, Message};
 pub use sequence::{JointFit, identify, predict};
 
 use crate::fit::{EstimationSession, FitError};
 use crate::problem::Problem;
 use crate::work::Work;
-use dynamics::description::Scope;
+use dynamics::description::{Plant, Scope};
 use std::sync::Arc as Shared;
 
 /// A recording of the vehicle, joined with the plant that flew it.
@@ -167,6 +171,24 @@ impl Arc {
     }
 }
 
+/// The unknowns of `plant` that all its arcs share, in the order of every message.
+#[must_use]
+pub fn shared_unknowns(plant: &Plant) -> Vec<JointUnknown> {
+    let parameters = plant.parameters();
+    let is_shared = |name: &str| parameters.iter().any(|p| p.name == name && p.scope == Scope::Shared);
+    let found = crate::problem::unknowns(plant, 1, &[]).into_iter().filter(|unknown| is_shared(&unknown.parameter));
+    let joint = |unknown: crate::problem::Unknown| JointUnknown {
+        name: unknown.name,
+        unit: unknown.unit,
+        prior: unknown.prior,
+        sigma: unknown.sigma,
+        low: unknown.low,
+        high: unknown.high,
+        own: None,
+    };
+    found.map(joint).collect()
+}
+
 /// The unknowns of one arc under the vehicle's names.
 fn of_arc(arc: &Arc, index: usize) -> Vec<JointUnknown> {
     let parameters = arc.problem.plant.parameters();
@@ -196,6 +218,8 @@ fn two_priors(known: &JointUnknown, first: &Arc, found: &JointUnknown, second: &
     }))
 }
 
+#[cfg(test)]
+mod alone_tests;
 #[cfg(test)]
 mod base_tests;
 #[cfg(test)]

@@ -28,6 +28,7 @@ pub use smooth::SmoothMotion;
 pub use standstill::{period_s, sample_sigma, standstill};
 pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
+pub(crate) use unknown::unknowns;
 
 use channels::Recording;
 use dynamics::description::{Initial, Plant};

@@ -2,13 +2,14 @@
 //!
 //! Files are TOML with `format = 1`; units are in the keys. Each experiment is simulated on a plant
 //! of its own (`plant`, read by `sensor-sim` alone), and states what the estimators know
-//! (`known`) and what they must reach (`need`).
+//! (`known`) and what they must reach (`need`). Or one craft flies all its arcs (`craft`).
 //!
 //! A run carries the text as it was written. Each partition reads it in `connect`, with the same
 //! reader that checked it before the run: [`Scenario::read`].
 
 mod arm;
 mod capture;
+mod craft;
 mod impossible;
 mod limits;
 mod modal;
@@ -19,6 +20,7 @@ mod slosh;
 
 pub use arm::{ArmExperiment, ArmKnown, ChaserSheet, SheetSigmas, TargetStatement, Trajectory};
 pub use capture::CapturePlan;
+pub use craft::{ArcError, ArcExperiment, ArcPlan, CraftPlan};
 pub use modal::{AppendageKnown, ModalExperiment, ModalKnown};
 pub use need::Need;
 pub use plant_use::{ConfiguredPlant, PlantUse, PlantUseError};
@@ -50,6 +52,9 @@ pub struct Scenario {
     pub capture: CapturePlan,
     #[serde(default)]
     pub mated: Option<ArmExperiment>,
+    /// One craft for all arcs, in the place of the experiments above.
+    #[serde(default)]
+    pub craft: Option<CraftPlan>,
 }
 
 const fn default_frame_period() -> u64 {
@@ -75,7 +80,8 @@ impl Scenario {
         let slosh = self.slosh.as_mut().and_then(|slosh| slosh.plant.as_mut());
         let inertial = self.inertial.as_mut().and_then(|arm| arm.plant.as_mut());
         let mated = self.mated.as_mut().and_then(|arm| arm.plant.as_mut());
-        let all = [("modal", modal), ("slosh", slosh), ("inertial", inertial), ("mated", mated)];
+        let craft = self.craft.as_mut().map(|craft| &mut craft.plant);
+        let all = [("modal", modal), ("slosh", slosh), ("inertial", inertial), ("mated", mated), ("craft", craft)];
         all.into_iter().filter_map(|(name, plant)| plant.map(|plant| (name, plant)))
     }
 

@@ -1,6 +1,9 @@
 //! Checkpoints: two slots, written in turn, so that a write cut off at any byte leaves the one
 //! before.
 //!
+//! What a partition has that only grows is appended to a file beside them before a slot says how much
+//! of it counts; what a kill left behind that is cut off.
+//!
 //! Slot = magic, format, layout of the telemetry, generation, length, CRC-32, postcard body. A slot
 //! that does not check is as if it were not there.
 
@@ -32,6 +35,8 @@ pub struct Checkpoint {
     pub outbox: Vec<Entry>,
     /// The partition's own state.
     pub state: Vec<u8>,
+    /// Bytes of its journal that belong to it.
+    pub journal: u64,
 }
 
 /// A checkpoint as a partition writes it, without a copy of its parts; the bytes are those of a
@@ -52,6 +57,8 @@ pub struct CheckpointParts<'a> {
     pub outbox: Entries<'a>,
     /// As [`Checkpoint::state`].
     pub state: &'a [u8],
+    /// As [`Checkpoint::journal`].
+    pub journal: u64,
 }
 
 /// The entries of an outbox, in the order in which they were sent.
@@ -80,17 +87,66 @@ pub struct Store {
     slots: [PathBuf; 2],
     generation: u64,
     buffer: Vec<u8>,
+    journal: Journal,
+}
+
+/// The file of what only grows.
+#[derive(Debug)]
+struct Journal {
+    path: PathBuf,
+    /// Open once something was appended in this life.
+    file: Option<fs::File>,
+    bytes: usize,
 }
 
 impl Store {
-    /// Slots `<folder>/<partition>.{0,1}`.
+    /// Slots `<folder>/<partition>.{0,1}` and `<folder>/<partition>.journal`.
     #[must_use]
     pub fn new(folder: &Path, partition: &str) -> Self {
         Store {
             slots: [0, 1].map(|slot| folder.join(format!("{partition}.{slot}"))),
             generation: 0,
             buffer: Vec::new(),
+            journal: Journal { path: folder.join(format!("{partition}.journal")), file: None, bytes: 0 },
         }
+    }
+
+    /// Appends what `journal` holds beyond what was appended before; the slot that is saved next
+    /// says that it counts.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn append(&mut self, journal: &[u8]) -> Result<(), CheckpointError> {
+        let own = &mut self.journal;
+        let Some(fresh) = journal.get(own.bytes..).filter(|fresh| !fresh.is_empty()) else { return Ok(()) };
+        let path = &own.path;
+        let fail = |error: std::io::Error| CheckpointError { path: path.clone(), reason: error.to_string() };
+        if own.file.is_none() {
+            let file = fs::File::options().create(true).append(true).open(path).map_err(fail)?;
+            file.set_len(own.bytes as u64).map_err(fail)?;
+            own.file = Some(file);
+        }
+        if let Some(file) = &mut own.file {
+            file.write_all(fresh).map_err(fail)?;
+        }
+        own.bytes = journal.len();
+        Ok(())
+    }
+
+    /// The journal as it was at `checkpoint`; later bytes are cut off when more is appended.
+    ///
+    /// # Errors
+    /// When fewer bytes are there than the checkpoint says.
+    pub fn journal(&mut self, checkpoint: &Checkpoint) -> Result<Vec<u8>, CheckpointError> {
+        let bytes = checkpoint.journal as usize;
+        let mut journal = if bytes == 0 { Vec::new() } else { fs::read(&self.journal.path).unwrap_or_default() };
+        if journal.len() < bytes {
+            let reason = format!("{} bytes, the checkpoint says {bytes}", journal.len());
+            return Err(CheckpointError { path: self.journal.path.clone(), reason });
+        }
+        journal.truncate(bytes);
+        (self.journal.file, self.journal.bytes) = (None, bytes);
+        Ok(journal)
     }
 
     /// Takes memory for checkpoints of so many bytes.
@@ -243,6 +299,31 @@ mod tests {
         }
         std::fs::write(&path, &whole).unwrap();
         assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&newer));
+    }
+
+    #[test]
+    fn a_journal_comes_back_as_it_was_at_the_checkpoint_and_goes_on_from_there() {
+        let folder = Folder::new("journal");
+        let mut store = Store::new(&folder.0, "any");
+        store.append(b"one").unwrap();
+        store.save(&Checkpoint { journal: 3, ..Checkpoint::default() }).unwrap();
+        // killed between the journal and its checkpoint
+        store.append(b"one two").unwrap();
+        let mut again = Store::new(&folder.0, "any");
+        let checkpoint = again.load().unwrap().unwrap();
+        assert_eq!(again.journal(&checkpoint).unwrap(), b"one");
+        again.append(b"one and").unwrap();
+        again.append(b"one and").unwrap();
+        assert_eq!(std::fs::read(folder.0.join("any.journal")).unwrap(), b"one and");
+    }
+
+    #[test]
+    fn a_journal_shorter_than_its_checkpoint_says_is_not_taken_up() {
+        let folder = Folder::new("short-journal");
+        let mut store = Store::new(&folder.0, "any");
+        store.append(b"one").unwrap();
+        let beyond = Checkpoint { journal: 4, ..Checkpoint::default() };
+        assert!(store.journal(&beyond).unwrap_err().to_string().contains("3 bytes"));
     }
 
     #[test]

@@ -147,6 +147,13 @@ pub trait Partition: Send {
     /// # Errors
     /// When the bytes are not such a state.
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError>;
+    /// What a restart needs beside the state and that only grows (the rows of an experiment): a
+    /// checkpoint appends what is new of it, and copies nothing.
+    fn journal(&self) -> &[u8] {
+        &[]
+    }
+    /// Takes back what [`Partition::journal`] was at the checkpoint; called behind `restore`.
+    fn take_journal(&mut self, _journal: &[u8]) {}
     /// Called once when the run ends or is stopped.
     ///
     /// # Errors

@@ -135,12 +135,15 @@ impl<L: Link> Runner<L> {
         link: L,
         run: &RunConfig,
         epoch: u32,
-        store: Option<Store>,
+        mut store: Option<Store>,
     ) -> Result<Self, RunError> {
         let id = partition.id();
         let checkpoint = match store.as_ref().map(Store::load).transpose()?.flatten() {
             Some(checkpoint) => {
                 partition.restore(&checkpoint.state)?;
+                if let Some(store) = &mut store {
+                    partition.take_journal(&store.journal(&checkpoint)?);
+                }
                 checkpoint
             }
             None => Checkpoint::default(),

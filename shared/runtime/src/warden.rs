@@ -47,6 +47,9 @@ const BEAT_EVERY: Duration = Duration::from_millis(500);
 /// No frame for so long: the services are made anew; then again after twice the time, and so on
 /// until the stall limit. The longest frame that is no fault takes half of it.
 const RENEW_AFTER: Duration = Duration::from_secs(5);
+/// Stall limits that work beside a loop may last: an arc was heard in a quarter of one, on a core
+/// with four others at work.
+const WORK_STALLS: u32 = 5;
 /// Who was never heard may still be opening its services: up to 157 ms on a disk, more under load.
 const START_LIMIT: Duration = Duration::from_secs(5);
 const TERM_GRACE: Duration = Duration::from_secs(2);
@@ -91,6 +94,8 @@ struct Warden<'a> {
     pipe: LineBuffer,
     last_frame: u64,
     last_advance: Instant,
+    /// When a partition was last said to do work that a frame left.
+    last_work: Instant,
     last_sweep: Instant,
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its
     /// own.
@@ -125,6 +130,7 @@ impl<'a> Warden<'a> {
             pipe: LineBuffer::default(),
             last_frame: 0,
             last_advance: Instant::now(),
+            last_work: Instant::now(),
             last_sweep: Instant::now(),
             supervisor_heard: Instant::now(),
             supervisor_spoke: false,

@@ -2,7 +2,8 @@
 //! warden.
 //!
 //! Lines to the warden (standard output): `READY`, `STATUS frame mode`,
-//! `HANG partition epoch silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`.
+//! `HANG partition epoch silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`,
+//! `WORKS partition` (a frame left it work: no frame is done, and nothing is wrong).
 //! Lines from it (standard input): `LOST partition`, `STARVED partition` (no hang: it got no
 //! processor). Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
 
@@ -34,6 +35,7 @@ struct Pulse {
     limit: Duration,
     frames: u64,
     checkpointed: u64,
+    working: bool,
 }
 
 /// Watches the execution counters of all partitions.
@@ -73,6 +75,7 @@ impl HangWatch {
             limit: Duration::from_millis(run.limits.of(id).hang_ms),
             frames: 0,
             checkpointed: 0,
+            working: false,
         };
         let others = run.partitions.iter().filter(|id| **id != PartitionId::Supervisor);
         HangWatch {
@@ -116,6 +119,9 @@ impl HangWatch {
             self.line.clear();
             let _ = write!(self.line, "STATUS {frame} {mode}");
             self.pipe.say(&self.line, true);
+            for worker in self.workers() {
+                self.pipe.say(&format!("WORKS {worker}"), true);
+            }
         }
         if self.moved.elapsed() >= STILL {
             self.moved = Instant::now();
@@ -133,6 +139,11 @@ impl HangWatch {
             pulse.lost |= lost.contains(&pulse.id);
         }
         lost
+    }
+
+    /// Who does work that a frame left.
+    fn workers(&self) -> Vec<PartitionId> {
+        self.pulses.iter().filter(|pulse| pulse.working && !pulse.lost).map(|pulse| pulse.id).collect()
     }
 
     /// The source waits for the slowest checkpoint, everybody behind the source for its samples.
@@ -165,6 +176,7 @@ impl HangWatch {
             self.moved = Instant::now();
         }
         (pulse.frames, pulse.checkpointed) = (progress.frames_processed, progress.frames_checkpointed);
+        pulse.working = progress.working == 1;
         if (progress.epoch, progress.cycles) > (pulse.epoch, pulse.cycles) || !pulse.heard {
             pulse.reported &= progress.epoch == pulse.epoch;
             (pulse.epoch, pulse.cycles, pulse.heard, pulse.changed) =
@@ -251,6 +263,15 @@ mod tests {
             "WAITS sensor-sim at frame 130 waits for inertial-id, checkpointed to frame 30; \
              inertial-id at frame 40 waits for samples"
         );
+    }
+
+    #[test]
+    fn who_works_beside_its_loop_says_so_until_it_is_done() {
+        let mut watch = watch();
+        watch.hear(&Progress { working: 1, ..beat(InertialId, 0, 1) });
+        assert_eq!(watch.workers(), [InertialId]);
+        watch.hear(&beat(InertialId, 0, 2));
+        assert_eq!(watch.workers(), []);
     }
 
     #[test]

@@ -31,6 +31,7 @@
 
 mod header;
 mod icd;
+mod joint;
 mod layout;
 mod names;
 mod records;
@@ -38,11 +39,13 @@ mod topics;
 
 pub use header::{Header, Stamps, crc32};
 pub use icd::FieldInfo;
+pub use joint::*;
 pub use layout::{Layout, Record, layout_hash};
 pub use names::{
     CODE_LISTS, CodeList, Domain, DoubtBasis, EventCode, Experiment, Identifiability, InertiaAgreement, InertialStatus,
-    ModalStatus, ModeState, Parameter, PartitionId, Phase, Reason, SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG,
-    TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text, target_status_text,
+    JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId, Phase, Reason, SloshStatus,
+    TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text,
+    target_status_text,
 };
 pub use records::*;
 pub use topics::*;

@@ -90,6 +90,8 @@ coded! {
         MatedInertial = 4 "mated inertial",
         /// A recording is played: every domain whose channels are present identifies.
         Replay = 5 "replay",
+        /// Flown to be predicted, not to be fitted.
+        HeldOut = 6 "held out",
     }
 }
 
@@ -208,6 +210,35 @@ coded! {
 }
 
 coded! {
+    /// Part of a craft that a parameter belongs to.
+    ParameterBlock {
+        /// Masses, moments and joints.
+        Inertial = 0 "inertial",
+        Slosh = 1 "slosh",
+        Modal = 2 "modal",
+        /// Wheels and other actuators.
+        Wheel = 3 "wheel",
+        Sensor = 4 "sensor",
+        /// All of them together.
+        Whole = 5 "whole",
+    }
+}
+
+coded! {
+    /// Whether all arcs together give a model, or what speaks against it.
+    JointVerdict {
+        Undecided = 0 "not decided yet",
+        Accepted = 1 "every arc is explained, all agree, the held-out arc is predicted",
+        NoMessage = 2 "no arc gave a message",
+        NotConverged = 3 "the iteration did not converge",
+        ArcNotExplained = 4 "model refused: the residual of an arc is not its noise",
+        ArcsContradict = 5 "model refused: an arc contradicts the others",
+        HeldOutMissed = 6 "model refused: the held-out arc is not predicted",
+        NoHeldOut = 7 "no arc was held out: adequacy cannot be judged",
+    }
+}
+
+coded! {
     /// What an event speaks of.
     EventCode {
         Started = 1 "started",
@@ -247,7 +278,7 @@ impl Reason {
 }
 
 /// Every list of codes, as the interface control document shows them.
-pub const CODE_LISTS: [CodeList; 13] = [
+pub const CODE_LISTS: [CodeList; 15] = [
     PartitionId::LIST,
     ModeState::LIST,
     Experiment::LIST,
@@ -261,6 +292,8 @@ pub const CODE_LISTS: [CodeList; 13] = [
     InertiaAgreement::LIST,
     DoubtBasis::LIST,
     EventCode::LIST,
+    ParameterBlock::LIST,
+    JointVerdict::LIST,
 ];
 
 /// Continues a hash over every list of codes and the names of all parameters.
@@ -387,8 +420,8 @@ pub const fn parameters(domain: Domain) -> &'static [Parameter] {
 #[cfg(test)]
 mod tests {
     use super::{
-        Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement, InertialStatus, ModalStatus, ModeState,
-        PartitionId, Phase, Reason, SloshStatus, parameters, status_text,
+        Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement, InertialStatus, JointVerdict, ModalStatus,
+        ModeState, ParameterBlock, PartitionId, Phase, Reason, SloshStatus, parameters, status_text,
     };
     use crate::PARAMETERS_MAX;
 
@@ -408,7 +441,7 @@ mod tests {
     #[test]
     fn every_code_stands_for_one_name_and_an_unknown_code_for_none() {
         check_codes!(PartitionId, ModeState, Experiment, Domain, Phase, Reason, Identifiability, InertiaAgreement);
-        check_codes!(DoubtBasis, InertialStatus, SloshStatus, ModalStatus);
+        check_codes!(DoubtBasis, InertialStatus, SloshStatus, ModalStatus, ParameterBlock, JointVerdict);
     }
 
     #[test]

@@ -81,6 +81,7 @@ record! {
         cycles: u64, "-", "-", "execution counter, one per turn of its loop";
         frames_processed: u64, "-", "-", "frames done";
         frames_checkpointed: u64, "-", "-", "frames whose effect a restart would keep";
+        working: u64, "-", "-", "1 while it does the work that its last frame left";
         out_seq: [u64; TOPICS_MAX], "-", "-", "per topic: last sequence number sent at that checkpoint";
     }
 }

@@ -4,13 +4,14 @@
 //! keeps `window x samples per frame <= depth / 2`, which the runtime checks at start (architecture
 //! D5: `deploy/guide/architecture.md`).
 
+use crate::joint::{CraftRow, Information, JointEstimate};
 use crate::records::*;
 use crate::{FieldInfo, Header, Layout, Record};
 use core::marker::PhantomData;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// Room for topics in per-topic tables of samples.
-pub const TOPICS_MAX: usize = 20;
+pub const TOPICS_MAX: usize = 24;
 /// Most parameters an estimate carries.
 pub const PARAMETERS_MAX: usize = 12;
 /// Most parameters of the arm, those with a target.
@@ -177,6 +178,9 @@ impl_sample!(
     TargetEstimate,
     Verdict,
     InertiaComparison,
+    CraftRow,
+    Information,
+    JointEstimate,
     Mode,
     Command,
     Housekeeping,
@@ -201,6 +205,11 @@ samples! {
     ESTIMATE_INERTIAL_TORQUE "estimate/inertial-torque": InertialEstimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "recorder";
     ESTIMATE_TARGET "estimate/target": TargetEstimate x 16, 0 a frame, Feedback, "at the end of an experiment after capture", "inertial-id" => "recorder";
     COMPARISON_INERTIA "comparison/inertia": InertiaComparison x 16, 0 a frame, Feedback, "at the end of the second of two experiments", "supervisor" => "recorder";
+    CRAFT "craft": CraftRow x 256, 1 a frame, Source, "one a control period", "sensor-sim" => "inertial-id slosh-id modal-id recorder";
+    INFORMATION_INERTIAL "information/inertial": Information x 16, 0 a frame, Feedback, "one an arc and generation", "inertial-id" => "slosh-id modal-id supervisor recorder";
+    INFORMATION_SLOSH "information/slosh": Information x 16, 0 a frame, Feedback, "one an arc and generation", "slosh-id" => "inertial-id modal-id supervisor recorder";
+    INFORMATION_MODAL "information/modal": Information x 16, 0 a frame, Feedback, "one an arc and generation", "modal-id" => "inertial-id slosh-id supervisor recorder";
+    ESTIMATE_JOINT "estimate/joint": JointEstimate x 16, 0 a frame, Feedback, "one a generation", "supervisor" => "inertial-id slosh-id modal-id recorder";
 }
 
 /// Index of the topic whose [`TopicInfo::name`] is `name`; `None` for a topic of another build.
@@ -295,7 +304,8 @@ mod tests {
         let results = TOPICS.iter().enumerate().filter(|(id, _)| is_result(*id)).map(|(_, info)| info.record);
         let estimates = ["InertialEstimate", "SloshEstimate", "ModalEstimate"];
         let others = ["Verdict", "Mode", "InertialEstimate", "TargetEstimate", "InertiaComparison"];
-        assert!(results.eq(estimates.into_iter().chain(others)));
+        let joint = ["Information", "Information", "Information", "JointEstimate"];
+        assert!(results.eq(estimates.into_iter().chain(others).chain(joint)));
         assert!(is_result(MODE.id) && !is_result(TICK.id));
     }
 

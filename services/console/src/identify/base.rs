@@ -47,40 +47,50 @@ fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
 }
 
-/// First-order propagation, `J Σ J'` with J by central differences.
 fn of_arc(vehicle: &Vehicle<'_>, fit: &JointFit, covariance: &DMatrix<f64>, arc: usize) -> Vec<BaseRow> {
     let problem = &vehicle.arcs[arc].problem;
     let values = |theta: &[f64]| -> Vec<BaseValue> {
         problem.instance(&problem.plant, &vehicle.of_arc(arc, theta), 0).planar_base_values()
     };
-    let (found, priors) = (values(&fit.theta), values(&vehicle.prior()));
+    let sigma: Vec<f64> = vehicle.unknowns.iter().map(|unknown| unknown.sigma).collect();
+    propagated(&values, [&fit.theta, &vehicle.prior()], &sigma, covariance)
+}
+
+/// First-order propagation, `J Σ J'` with J by central differences: of `values` at the estimate with
+/// its covariance (per prior standard deviations `sigma`), and at the priors with theirs.
+pub fn propagated(
+    values: &dyn Fn(&[f64]) -> Vec<BaseValue>,
+    [theta, prior]: [&[f64]; 2],
+    sigma: &[f64],
+    covariance: &DMatrix<f64>,
+) -> Vec<BaseRow> {
+    let (found, priors) = (values(theta), values(prior));
     let slopes = |center: &[f64]| {
         let column = |k: usize| {
-            let step = STEP_SIGMAS * vehicle.unknowns[k].sigma;
             let moved = |sign: f64| {
                 let mut theta = center.to_vec();
-                theta[k] += sign * step;
+                theta[k] += sign * STEP_SIGMAS * sigma[k];
                 DVector::from_iterator(found.len(), values(&theta).iter().map(|base| base.value))
             };
             // per prior standard deviation
             (moved(1.0) - moved(-1.0)) / (2.0 * STEP_SIGMAS)
         };
-        let columns: Vec<DVector<f64>> = (0..vehicle.unknowns.len()).map(column).collect();
+        let columns: Vec<DVector<f64>> = (0..sigma.len()).map(column).collect();
         DMatrix::from_columns(&columns)
     };
     if found.is_empty() {
         return Vec::new();
     }
-    let (at_fit, at_prior) = (slopes(&fit.theta), slopes(&vehicle.prior()));
+    let (at_fit, at_prior) = (slopes(theta), slopes(prior));
     let posterior = &at_fit * covariance * at_fit.transpose();
-    let prior = &at_prior * at_prior.transpose();
+    let of_priors = &at_prior * at_prior.transpose();
     let row = |(i, (base, prior_value)): (usize, (&BaseValue, &BaseValue))| BaseRow {
         name: base.name.clone(),
         unit: base.unit,
         value: base.value,
         sigma: libm::sqrt(posterior[(i, i)].max(0.0)),
         prior: prior_value.value,
-        prior_sigma: libm::sqrt(prior[(i, i)].max(0.0)),
+        prior_sigma: libm::sqrt(of_priors[(i, i)].max(0.0)),
     };
     found.iter().zip(&priors).enumerate().map(row).collect()
 }

@@ -78,7 +78,7 @@ pub fn identify(vehicle: &Vehicle<'_>, progress: &mut dyn FnMut(Option<&str>, f6
 
 impl Vehicle<'_> {
     /// Hears one arc through growing windows; what it says where `theta` has moved to.
-    fn heard(
+    pub(super) fn heard(
         &self,
         arc: usize,
         known: &Knowledge,
@@ -192,7 +192,7 @@ impl Vehicle<'_> {
         stage.maximise(theta, ROUNDS_OF_ALL).map_err(|found| self.failed(found))
     }
 
-    fn failed(&self, (arc, error): (usize, crate::fit::FitError)) -> JointError {
+    pub(super) fn failed(&self, (arc, error): (usize, crate::fit::FitError)) -> JointError {
         self.arcs[arc].failed(error)
     }
 }

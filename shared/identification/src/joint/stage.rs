@@ -97,6 +97,14 @@ impl Stage<'_> {
         Ok(Ended { theta, messages, converged })
     }
 
+    /// One message of each part at `theta`, from where nothing moves.
+    ///
+    /// # Errors
+    /// A part cannot be predicted at `theta`.
+    pub(super) fn messages(&self, theta: &[f64]) -> Result<Vec<Message>, (usize, FitError)> {
+        self.point(theta).map(|point| point.messages)
+    }
+
     /// Linearisations, sensitivities and messages at `theta`.
     fn point(&self, theta: &[f64]) -> Result<Point, (usize, FitError)> {
         let mut point = Point { linearised: Vec::new(), messages: Vec::new(), objective: 0.0 };

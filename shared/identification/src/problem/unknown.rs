@@ -51,7 +51,7 @@ const NOT_NEGATIVE: [&str; 19] = [
 
 /// Unknowns in file order, each scope expanded. Initial values, noise levels, ranges and
 /// resolutions are left to the filter.
-pub(super) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Unknown> {
+pub(crate) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Unknown> {
     let mut list = Vec::new();
     let mut segments: Vec<_> = runs.iter().map(|run| (run.recording, run.segment)).collect();
     segments.dedup();

@@ -6,9 +6,11 @@
 //! scenario is rejected before anything is started.
 
 use super::impossible::Impossible;
-use super::{AppendageKnown, ArmExperiment, ArmKnown, ModalExperiment, Need, Scenario, SloshExperiment};
+use super::{
+    AppendageKnown, ArcExperiment, ArmExperiment, ArmKnown, CraftPlan, ModalExperiment, Need, Scenario, SloshExperiment,
+};
 use std::ops::RangeInclusive;
-use telemetry::{ACCELEROMETERS_MAX, BATCH_MAX, Domain, TOPICS};
+use telemetry::{ACCELEROMETERS_MAX, ARCS_MAX, BATCH_MAX, Domain, TOPICS};
 
 /// Longest experiment [s]: 116 days are 1e9 frames.
 const DURATION_MAX_S: f64 = 1e7;
@@ -31,6 +33,12 @@ pub fn beyond(scenario: &Scenario) -> Vec<Impossible> {
         if let Some(arm) = arm {
             limits.arm(name, arm);
         }
+    }
+    if let Some(craft) = &scenario.craft {
+        let benchmark = scenario.modal.is_some() || scenario.slosh.is_some() || scenario.inertial.is_some();
+        let why = "one craft flies all arcs: take out [modal], [slosh], [inertial] and [mated]";
+        limits.unless(!benchmark && scenario.mated.is_none(), "craft", &"stated", why);
+        limits.craft(craft, period_s);
     }
     let capture = &scenario.capture;
     limits.within("capture.settle_s", capture.settle_s, 0.0..=DURATION_MAX_S);
@@ -172,6 +180,24 @@ impl Limits {
             self.within(&key("known.prior"), *number, -NUMBER_MAX..=NUMBER_MAX);
         }
         self.need(name, Domain::Inertial, &arm.need);
+    }
+
+    fn craft(&mut self, craft: &CraftPlan, frame_s: f64) {
+        let count = craft.arcs.len();
+        let why = format!("a craft flies 1 to {ARCS_MAX} arcs");
+        self.unless((1..=ARCS_MAX).contains(&count), "craft.arc", &count, &why);
+        let held_out = craft.arcs.iter().filter(|arc| arc.experiment == ArcExperiment::HeldOut).count();
+        self.unless(held_out <= 1, "craft.arc", &held_out, "one arc at most is held out");
+        for (k, arc) in craft.arcs.iter().enumerate() {
+            let key = |key: &str| format!("craft.arc.{k}.{key}");
+            let again = craft.arcs[..k].iter().any(|other| other.name == arc.name);
+            self.unless(!again && !arc.name.is_empty(), &key("name"), &arc.name, "each arc needs a name of its own");
+            self.within_and_finite(&key("duration_s"), arc.duration_s, frame_s..=DURATION_MAX_S);
+            let frames = arc.period_ms.map(|period_ms| period_ms as f64 * 1e-3 / frame_s);
+            let whole = frames.is_none_or(|frames| frames > 0.5 && (frames - frames.round()).abs() < 1e-9);
+            let why = format!("must be a whole number of frames of {frame_s} s");
+            self.unless(whole, &key("period_ms"), &arc.period_ms.unwrap_or(0), &why);
+        }
     }
 
     /// What is stated of sensors, arm and target must be possible.

@@ -51,15 +51,25 @@ impl PlantUse {
         let crate::Parsed { mut plant, warnings } =
             crate::parse(&self.file, &self.text).map_err(PlantUseError::File)?;
         let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-        self.set_numbers(&mut plant)?;
+        warnings.extend(self.change(&mut plant)?);
+        Ok(ConfiguredPlant { plant, warnings })
+    }
+
+    /// Sets the numbers of `plant` and hides the effects; what of it is not plausible.
+    ///
+    /// # Errors
+    /// [`PlantUseError::Change`].
+    pub fn change(&self, plant: &mut Plant) -> Result<Vec<String>, PlantUseError> {
+        let mut warnings = Vec::new();
+        self.set_numbers(plant)?;
         for (k, text) in self.hide.iter().enumerate() {
-            let effect = crate::parse_effect(&plant, text)
+            let effect = crate::parse_effect(plant, text)
                 .map_err(|reason| PlantUseError::Change { keys: vec!["hide".into(), k.to_string()], reason })?;
-            let doubts = crate::effect_warnings(&plant, &effect);
+            let doubts = crate::effect_warnings(plant, &effect);
             warnings.extend(doubts.iter().map(|doubt| format!("hide '{text}': {doubt}")));
             plant.effects.push(effect);
         }
-        Ok(ConfiguredPlant { plant, warnings })
+        Ok(warnings)
     }
 
     fn set_numbers(&self, plant: &mut Plant) -> Result<(), PlantUseError> {

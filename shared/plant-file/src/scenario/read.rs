@@ -11,6 +11,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 /// What the text that a run carries is called in messages.
 const CARRIED: &str = "the run's scenario";
 const KEYS: &str = "see deploy/scenarios/default.toml for every key";
+const SIGNALS: &str = "commands and references are written as in a plant file, see deploy/scenarios/study-case.toml";
 const NUMBERS: &str = "see deploy/scenarios/default.toml for numbers that fly";
 const NAMES: &str = "see deploy/plants for plants that fly, `obsid plant parameters` for names, \
                      `obsid effects` for what can be hidden";
@@ -92,6 +93,14 @@ pub fn open(
         })?;
         warnings.extend(configured.warnings);
         files.insert(used.file.clone(), used.text.clone());
+    }
+    if let Some(craft) = &scenario.craft {
+        for (k, arc) in craft.arcs.iter().enumerate() {
+            let place = ["craft", "arc", &k.to_string()];
+            craft
+                .known(arc)
+                .map_err(|error| refused(vec![error_at(file, text, &place, error.to_string(), SIGNALS)]))?;
+        }
     }
     Ok(Opened { scenario, text: text.into(), files, warnings })
 }

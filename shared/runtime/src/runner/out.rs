@@ -104,7 +104,10 @@ impl<L: Link> Runner<L> {
         let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
         if let Some(store) = &mut self.store {
             self.state.clear();
-            self.partition.as_mut().expect("no work is away").save(&mut self.state)?;
+            let partition = self.partition.as_mut().expect("no work is away");
+            partition.save(&mut self.state)?;
+            let journal = partition.journal();
+            store.append(journal)?;
             let checkpoint = CheckpointParts {
                 frames: self.frames_done,
                 ended: self.finished,
@@ -113,6 +116,7 @@ impl<L: Link> Runner<L> {
                 cursors: self.inbox.cursors(),
                 outbox: Entries(&self.outbox),
                 state: &self.state,
+                journal: journal.len() as u64,
             };
             if let (Some(fault), Some(hook)) = (torn, self.fault_hook) {
                 let permille = if let Fault::Tear { permille, .. } = fault { permille } else { HALF_PERMILLE };
@@ -139,6 +143,7 @@ impl<L: Link> Runner<L> {
             cycles: self.cycles,
             frames_processed: self.frames_done,
             frames_checkpointed: self.frames_checkpointed,
+            working: self.away.is_some().into(),
             out_seq: self.seq_checkpointed,
         };
         self.send(PROGRESS.id, progress.as_mut_bytes(), None)?;

@@ -1,7 +1,7 @@
 //! Who lives and does nothing: the supervisor's word, its own silence, and a run that stands still.
 
 use super::ward::State;
-use super::{RENEW_AFTER, Report, START_LIMIT, Warden};
+use super::{RENEW_AFTER, Report, START_LIMIT, WORK_STALLS, Warden};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -66,6 +66,7 @@ impl Warden<'_> {
                 );
                 self.tell(&Report::Status { frame, mode });
             }
+            ["WORKS", _] => self.last_work = Instant::now(),
             ["WAITS", ..] => self.waits = line["WAITS".len()..].trim_start().to_string(),
             ["HANG", name, epoch, silent_ms] => self.end_hang(name, epoch, silent_ms.parse().unwrap_or(0.0)),
             ["SILENT", name] => self.end_silence(name),
@@ -105,14 +106,16 @@ impl Warden<'_> {
     /// as good as new; a run that stands still all the same has failed.
     pub(super) fn end_stall(&mut self) -> Result<(), String> {
         let still = self.last_advance.elapsed();
-        if still > Duration::from_secs(self.limits.stall_s) {
+        // who works beside its loop does no frame and is well; but no work lasts for ever
+        let idle = still.min(self.last_work.elapsed());
+        let limit = Duration::from_secs(self.limits.stall_s);
+        let passed = [(idle, limit), (still, limit * WORK_STALLS)].into_iter().find(|(waited, most)| waited > most);
+        if let Some((_, most)) = passed {
             let waits = if self.waits.is_empty() { String::new() } else { format!("{}: ", self.waits) };
-            return Err(format!(
-                "{waits}no frame was processed for {} s (last: {})",
-                self.limits.stall_s, self.last_frame
-            ));
+            let (seconds, last) = (most.as_secs(), self.last_frame);
+            return Err(format!("{waits}no frame was processed for {seconds} s (last: {last})"));
         }
-        if still > self.renew_after && self.services_exist && self.first_end.is_none() {
+        if idle > self.renew_after && self.services_exist && self.first_end.is_none() {
             self.renew_after = still + self.renew_after * 2;
             self.tell(&Report::Stall { waits: self.waits.clone(), since_s: still.as_secs_f64() });
             self.renew_services()?;

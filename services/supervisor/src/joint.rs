@@ -1,0 +1,271 @@
+//! One craft through all its arcs: which arc is flown when, the generations of messages, and whether
+//! together they give a model.
+//!
+//! Arcs are flown one after another; each is heard by its keeper at its end, from what the messages
+//! before it say (generation 0). Then the mean of all is announced as the common point of
+//! linearisation, until a step is small. The posterior is tested by every arc's noise, by every arc
+//! against all others, and by the held-out arc, which is predicted. No partition is a fusion centre:
+//! every partition folds the same messages in the order of the arcs; this one announces and judges.
+
+mod announcement;
+mod stage;
+
+use craft::fold::{Folded, Predicted};
+use craft::message::{Received, received};
+use craft::parameters::{Parameters, ParametersError};
+use plant_file::scenario::{ArcExperiment, CraftPlan, Scenario};
+use runtime::{Frame, Outputs, Partition, StateError};
+use serde::{Deserialize, Serialize};
+use stage::Stage;
+use telemetry::{
+    ESTIMATE_JOINT, Experiment, Header, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH, Information,
+    JointVerdict, MODE, Mode, ModeState, PartitionId, Topic, TopicId,
+};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// Topics of all messages.
+const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
+/// Rms step in posterior standard deviations below which the messages' point serves (design page
+/// "study case", 4).
+const STEP_SIGMA_ENOUGH: f64 = 0.1;
+/// Common points of linearisation at most; one or two are needed where the arcs were heard well.
+const GENERATIONS_MAX: u16 = 6;
+/// Pacing windows until a message is missed. Two are needed: one until the announcement takes
+/// effect, one until the message does.
+const WINDOWS_MAX: u64 = 10;
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    stage: Stage,
+    /// Experiments commanded so far.
+    flown: Vec<bool>,
+    lost: [bool; 3],
+    /// Messages of the present generation, as they travelled.
+    messages: Vec<Vec<u8>>,
+    /// Arcs whose keeper said that the plant cannot predict them.
+    unpredictable: Vec<bool>,
+}
+
+/// The partition that flies one craft.
+pub struct JointSupervisor {
+    plan: CraftPlan,
+    parameters: Parameters,
+    durations: Vec<u64>,
+    window: u64,
+    state: State,
+}
+
+impl JointSupervisor {
+    /// Flies the craft of `scenario`, which is `plan`.
+    ///
+    /// # Errors
+    /// See [`ParametersError`].
+    pub fn new(scenario: &Scenario, plan: &CraftPlan, window_frames: u64) -> Result<Self, ParametersError> {
+        let state = State {
+            stage: Stage::Ready { arc: 0 },
+            flown: vec![false; plan.arcs.len()],
+            lost: [false; 3],
+            messages: Vec::new(),
+            unpredictable: vec![false; plan.arcs.len()],
+        };
+        Ok(Self {
+            parameters: Parameters::of(plan)?,
+            durations: plan.arcs.iter().map(|arc| scenario.frames(arc.duration_s)).collect(),
+            plan: plan.clone(),
+            window: window_frames,
+            state,
+        })
+    }
+
+    fn is_held_out(&self, arc: usize) -> bool {
+        self.plan.arcs[arc].experiment == ArcExperiment::HeldOut
+    }
+
+    fn is_lost(&self, arc: usize) -> bool {
+        self.state.lost[usize::from(self.plan.arcs[arc].experiment.owner().code())]
+    }
+
+    /// Whether a message of `arc` may still come.
+    fn is_awaited(&self, arc: usize) -> bool {
+        self.state.flown[arc] && !self.is_lost(arc) && !self.state.unpredictable[arc]
+    }
+
+    /// Messages of the generation that is waited for; those of another build are left out.
+    fn hear(&mut self, frame: &Frame<'_>) {
+        let (generation, held_out) = self.state.stage.awaited();
+        for one in INFORMATION.iter().flat_map(|topic| frame.samples(*topic)) {
+            if one.generation != generation || (one.held_out == 1) != held_out {
+                continue;
+            }
+            match received(one, &self.parameters) {
+                Ok(_) => self.state.messages.push(one.as_bytes().to_vec()),
+                Err(_) => {
+                    if let Some(arc) = self.state.unpredictable.get_mut(usize::from(one.arc)) {
+                        *arc = true;
+                    }
+                }
+            }
+        }
+    }
+
+    fn received(&self) -> Vec<Received> {
+        let samples = self.state.messages.iter().filter_map(|bytes| Information::read_from_bytes(bytes).ok());
+        samples.filter_map(|sample| received(&sample, &self.parameters).ok()).collect()
+    }
+
+    fn has_message(&self, arc: usize) -> bool {
+        let samples = self.state.messages.iter().filter_map(|bytes| Information::read_from_bytes(bytes).ok());
+        samples.map(|sample| usize::from(sample.arc)).any(|of| of == arc)
+    }
+
+    /// Every message that can come is there.
+    fn all_heard(&self, held_out: bool) -> bool {
+        let of_stage = |arc: &usize| self.is_held_out(*arc) == held_out && self.is_awaited(*arc);
+        (0..self.plan.arcs.len()).filter(of_stage).all(|arc| self.has_message(arc))
+    }
+
+    /// Goes on to the next arc, or to the first common point of linearisation.
+    fn go_on(&mut self, mut arc: usize, frame: &Frame<'_>, out: &mut Outputs) {
+        while arc < self.plan.arcs.len() && self.is_lost(arc) {
+            arc += 1;
+        }
+        if arc == self.plan.arcs.len() {
+            return self.fold(0, frame, out);
+        }
+        self.state.flown[arc] = true;
+        let effective_frame = frame.number + self.window;
+        let end_frame = effective_frame + self.durations[arc];
+        out.publish(MODE, &self.mode(Some(arc), frame));
+        self.state.stage = Stage::Flying { arc, end_frame, until_frame: end_frame + WINDOWS_MAX * self.window };
+    }
+
+    fn mode(&self, arc: Option<usize>, frame: &Frame<'_>) -> Mode {
+        let experiment = arc.map_or(Experiment::None, |arc| self.plan.arcs[arc].experiment.code());
+        let state = match experiment {
+            Experiment::Modal => ModeState::PreCaptureModal,
+            Experiment::Slosh => ModeState::PreCaptureSlosh,
+            Experiment::None => ModeState::Standby,
+            _ => ModeState::PreCaptureInertial,
+        };
+        Mode {
+            header: Header::at(frame.t_ns),
+            frame: frame.number,
+            effective_frame: frame.number + self.window,
+            duration_frames: arc.map_or(0, |arc| self.durations[arc]),
+            state: state.code(),
+            previous: ModeState::Standby.code(),
+            experiment: experiment.code(),
+            event: crate::mode::Event::Check.code(),
+            generation: arc.map_or(0, |arc| arc as u32 + 1),
+            ended: u32::from(arc.is_none()),
+            measured: 0.0,
+            limit: 0.0,
+        }
+    }
+
+    /// Folds the messages of `generation` and asks for what is needed next.
+    fn fold(&mut self, generation: u16, frame: &Frame<'_>, out: &mut Outputs) {
+        let heard = self.received();
+        let Some(folded) = Folded::of(&self.parameters, &heard).filter(|_| !heard.is_empty()) else {
+            return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
+        };
+        let is_near = folded.step_sigma.is_some_and(|step| step < STEP_SIGMA_ENOUGH);
+        let goes_on = generation == 0 || (!is_near && generation < GENERATIONS_MAX);
+        let until_frame = frame.number + WINDOWS_MAX * self.window;
+        let predicts = (0..self.plan.arcs.len()).any(|arc| self.is_held_out(arc) && self.is_awaited(arc));
+        if goes_on {
+            self.announce(generation, &folded, announcement::NEXT_GENERATION, frame, out);
+            self.state.messages.clear();
+            self.state.stage = Stage::Folding { generation: generation + 1, until_frame };
+        } else if is_near && predicts {
+            self.announce(generation, &folded, announcement::HELD_OUT, frame, out);
+            self.state.stage = Stage::Predicting { generation, until_frame, fitted: self.state.messages.len() };
+        } else {
+            let verdict = if is_near { folded.verdict(None) } else { (JointVerdict::NotConverged, None) };
+            self.end(generation, verdict, Some(&folded), None, frame, out);
+        }
+    }
+
+    /// The held-out arc has been predicted, or is missed.
+    fn judge(&mut self, generation: u16, fitted: usize, frame: &Frame<'_>, out: &mut Outputs) {
+        let heard = self.received();
+        let (fitted, held_out) = heard.split_at(fitted.min(heard.len()));
+        let Some(folded) = Folded::of(&self.parameters, fitted) else {
+            return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
+        };
+        let predicted = held_out.first().and_then(|one| folded.predicts(&self.parameters, one));
+        self.end(generation, folded.verdict(predicted), Some(&folded), predicted, frame, out);
+    }
+
+    fn announce(&self, generation: u16, folded: &Folded, asks: u16, frame: &Frame<'_>, out: &mut Outputs) {
+        let mut sample = announcement::sample(&self.parameters, generation, Some(folded), frame);
+        sample.asks = asks;
+        out.publish(ESTIMATE_JOINT, &sample);
+    }
+
+    fn end(
+        &mut self,
+        generation: u16,
+        (verdict, arc): (JointVerdict, Option<usize>),
+        folded: Option<&Folded>,
+        predicted: Option<Predicted>,
+        frame: &Frame<'_>,
+        out: &mut Outputs,
+    ) {
+        let mut sample = announcement::sample(&self.parameters, generation, folded, frame);
+        announcement::judged(&mut sample, verdict, arc, predicted);
+        out.publish(ESTIMATE_JOINT, &sample);
+        out.publish(MODE, &self.mode(None, frame));
+        self.state.stage = Stage::Ended;
+    }
+}
+
+impl Partition for JointSupervisor {
+    fn id(&self) -> PartitionId {
+        PartitionId::Supervisor
+    }
+
+    fn inputs(&self) -> &'static [TopicId] {
+        &[INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id]
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
+        for lost in frame.urgent.iter().filter_map(runtime::pacing::given_up) {
+            if let Some(domain) = crate::domain_of(lost) {
+                self.state.lost[usize::from(domain.code())] = true;
+            }
+        }
+        self.hear(frame);
+        let over = |until_frame: u64| frame.number >= until_frame;
+        match self.state.stage {
+            Stage::Ready { arc } => self.go_on(arc, frame, out),
+            Stage::Flying { arc, end_frame, until_frame } => {
+                // what is held out says nothing until it is asked
+                let heard = if self.is_held_out(arc) { over(end_frame) } else { self.has_message(arc) };
+                if heard || !self.is_awaited(arc) || over(until_frame) {
+                    self.go_on(arc + 1, frame, out);
+                }
+            }
+            Stage::Folding { generation, until_frame } => {
+                if self.all_heard(false) || over(until_frame) {
+                    self.fold(generation, frame, out);
+                }
+            }
+            Stage::Predicting { generation, until_frame, fitted } => {
+                if self.all_heard(true) || over(until_frame) {
+                    self.judge(generation, fitted, frame, out);
+                }
+            }
+            Stage::Ended => {}
+        }
+    }
+
+    fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
+        runtime::save_state(&self.state, state)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
+        self.state = runtime::restore_state(state)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,293 @@
+//! The partition that keeps the arcs of one domain and says what they know of the whole craft.
+//!
+//! Rows are gathered frame by frame into memory taken at the start. At its end an arc is heard
+//! through growing windows, from what the messages of earlier arcs say; then it answers every
+//! announced point of linearisation with one message. Both are work that a frame leaves: what they
+//! publish belongs to that frame, at whatever speed they are done.
+
+use crate::fold::fold;
+use crate::message::{Received, Tag, received, sample};
+use crate::parameters::{Parameters, ParametersError};
+use crate::places::Places;
+use crate::rows::RowShape;
+use dynamics::description::Plant;
+use identification::joint::{Arc, JointError, Message, Vehicle};
+use identification::problem::Problem;
+use identification::work::Work;
+use plant_file::scenario::CraftPlan;
+use runtime::experiment::{ExperimentWindow, Step};
+use runtime::{Frame, Outputs, Partition, StateError};
+use serde::{Deserialize, Serialize};
+use telemetry::{
+    CRAFT, Domain, ESTIMATE_JOINT, Experiment, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH, Information,
+    PartitionId, Topic, TopicId,
+};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// An arc of this partition, as the scenario states it.
+struct OwnArc {
+    number: usize,
+    name: String,
+    plant: Plant,
+    shape: RowShape,
+    experiment: Experiment,
+}
+
+/// What is kept of an arc.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Kept {
+    /// Its rows, in the bytes of all.
+    begin: usize,
+    end: usize,
+    /// Every frame of it was seen.
+    whole: bool,
+    /// Values of the unknowns that it alone has, once they were estimated.
+    own: Vec<f64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct State {
+    window: ExperimentWindow,
+    kept: Vec<Kept>,
+    /// The first messages of all arcs, as they travel.
+    heard: Vec<Vec<u8>>,
+}
+
+/// Work that a frame leaves.
+struct Due {
+    frame: u64,
+    t_ns: u64,
+    what: What,
+}
+
+enum What {
+    /// The arc of this index has ended.
+    Hear(usize),
+    /// Messages of the next generation, or the held-out arc, at `theta`.
+    Answer { theta: Vec<f64>, generation: u16, held_out: bool },
+}
+
+/// The partition.
+pub struct Keeper {
+    id: PartitionId,
+    parameters: Parameters,
+    arcs: Vec<OwnArc>,
+    experiments: Vec<Experiment>,
+    state: State,
+    /// Rows of all arcs, one behind the other.
+    rows: Vec<u8>,
+    due: Option<Due>,
+}
+
+/// The topics of all keepers, by `Domain::code`.
+const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
+
+impl Keeper {
+    /// The keeper of the arcs of `domain`.
+    ///
+    /// # Errors
+    /// See [`ParametersError`].
+    pub fn new(id: PartitionId, domain: Domain, craft: &CraftPlan) -> Result<Self, ParametersError> {
+        let parameters = Parameters::of(craft)?;
+        let mut arcs = Vec::new();
+        let mut bytes = 0;
+        for (number, arc) in craft.arcs.iter().enumerate().filter(|(_, arc)| arc.experiment.owner() == domain) {
+            let plant = craft.known(arc)?;
+            let shape = RowShape::of(&plant);
+            bytes += (arc.duration_s / plant.simulation.period_s).ceil() as usize * shape.bytes();
+            arcs.push(OwnArc { number, name: arc.name.clone(), plant, shape, experiment: arc.experiment.code() });
+        }
+        let state = State { kept: vec![Kept::default(); arcs.len()], ..State::default() };
+        let experiments = arcs.iter().map(|arc| arc.experiment).collect();
+        Ok(Self { id, parameters, arcs, experiments, state, rows: Vec::with_capacity(bytes), due: None })
+    }
+
+    /// The first messages of other arcs are what this one begins with.
+    fn hear_others(&mut self, frame: &Frame<'_>) {
+        let inputs = self.inputs();
+        for topic in INFORMATION.iter().filter(|topic| inputs.contains(&topic.id)) {
+            for message in frame.samples(*topic) {
+                if message.generation == 0 && received(message, &self.parameters).is_ok() {
+                    self.state.heard.push(message.as_bytes().to_vec());
+                }
+            }
+        }
+    }
+
+    /// The arc that is flown: experiments are counted from 1, arcs from 0.
+    fn flown(&self) -> Option<usize> {
+        let number = self.state.window.generation.checked_sub(1)? as usize;
+        self.arcs.iter().position(|arc| arc.number == number)
+    }
+
+    fn begin(&mut self) {
+        let Some(arc) = self.flown() else { return };
+        let at = self.rows.len();
+        self.state.kept[arc] = Kept { begin: at, end: at, ..Kept::default() };
+    }
+
+    fn take(&mut self, frame: &Frame<'_>) {
+        let Some(arc) = self.flown() else { return };
+        for row in frame.samples(CRAFT) {
+            // rows of another arc lie behind their own end
+            if self.state.kept[arc].end == self.rows.len() && self.rows.len() < self.rows.capacity() {
+                self.arcs[arc].shape.append(row, &mut self.rows);
+                self.state.kept[arc].end = self.rows.len();
+            }
+        }
+    }
+
+    /// What was announced and asked for.
+    fn asked(&self, frame: &Frame<'_>) -> Option<What> {
+        let asking = frame.samples(ESTIMATE_JOINT).iter().rfind(|one| one.parameter_hash == self.parameters.hash)?;
+        let theta = asking.theta[..self.parameters.len()].to_vec();
+        match asking.asks {
+            1 => Some(What::Answer { theta, generation: asking.generation + 1, held_out: false }),
+            2 => Some(What::Answer { theta, generation: asking.generation, held_out: true }),
+            _ => None,
+        }
+    }
+
+    /// The likelihood of an arc, as one vehicle of one arc.
+    fn of_arc<T>(&self, arc: usize, use_it: impl FnOnce(&Vehicle<'_>) -> Result<T, JointError>) -> Option<T> {
+        let own = &self.arcs[arc];
+        let kept = &self.state.kept[arc];
+        let recording = own.shape.recording(&own.name, &own.plant, self.rows.get(kept.begin..kept.end)?);
+        let problem = Problem::new(&own.plant, &[recording], &[]).ok()?;
+        let arcs = [Arc { name: own.name.clone(), problem }];
+        let work = std::sync::Arc::new(Work::of(f64::INFINITY));
+        let vehicle = Vehicle::new(&arcs, 1, work).ok()?;
+        use_it(&vehicle).ok()
+    }
+
+    /// Hears an arc from the fold of what is known; its message where it ended.
+    fn heard(&mut self, arc: usize) -> Option<(Message, Vec<f64>)> {
+        let earlier = self.state.heard.iter().filter_map(|bytes| Information::read_from_bytes(bytes).ok());
+        let earlier: Vec<Received> = earlier.filter_map(|one| received(&one, &self.parameters).ok()).collect();
+        let known = fold(&self.parameters, &earlier)?;
+        let start = self.parameters.values(&known.mean);
+        let (theta, message, step) = self.of_arc(arc, |vehicle| {
+            let places = Places::of(vehicle);
+            let theta = places.joined(vehicle, &start, &[]);
+            let (theta, message) = vehicle.hear(0, &places.widened(&known), theta)?;
+            places.reduced(vehicle, theta, &message)
+        })?;
+        self.state.kept[arc].own = step;
+        Some((message, theta))
+    }
+
+    /// What a whole arc says at `theta`.
+    fn answered(&mut self, arc: usize, theta: &[f64], held_out: bool) -> Option<Message> {
+        let own = self.state.kept[arc].own.clone();
+        let (_, message, own) = self.of_arc(arc, |vehicle| {
+            let places = Places::of(vehicle);
+            let mut at = places.joined(vehicle, theta, &own);
+            if held_out {
+                at = vehicle.own_settled(0, at)?;
+            }
+            let message = vehicle.message(0, &at)?;
+            places.reduced(vehicle, at, &message)
+        })?;
+        self.state.kept[arc].own = own;
+        Some(message)
+    }
+
+    fn publish(&self, mut sample: Information, due: &Due, out: &mut Outputs) {
+        sample.header.t_meas_ns = due.t_ns;
+        sample.frame = due.frame;
+        let own = match self.id {
+            PartitionId::SloshId => INFORMATION_SLOSH,
+            PartitionId::ModalId => INFORMATION_MODAL,
+            _ => INFORMATION_INERTIAL,
+        };
+        out.publish(own, &sample);
+    }
+}
+
+impl Partition for Keeper {
+    fn id(&self) -> PartitionId {
+        self.id
+    }
+
+    fn inputs(&self) -> &'static [TopicId] {
+        match self.id {
+            PartitionId::SloshId => &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id],
+            PartitionId::ModalId => &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, ESTIMATE_JOINT.id],
+            _ => &[CRAFT.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id],
+        }
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>, _out: &mut Outputs) {
+        self.hear_others(frame);
+        let mut what = self.asked(frame);
+        match self.state.window.step(frame, &self.experiments) {
+            Step::Idle => {}
+            Step::Abort => {
+                self.state.kept.iter_mut().filter(|kept| !kept.whole).for_each(|kept| *kept = Kept::default())
+            }
+            Step::Begin => {
+                self.begin();
+                self.take(frame);
+            }
+            Step::Go => self.take(frame),
+            Step::Close => {
+                if let Some(arc) = self.flown() {
+                    self.state.kept[arc].whole = true;
+                    let fitted = self.arcs[arc].experiment != Experiment::HeldOut;
+                    what = fitted.then_some(What::Hear(arc)).or(what);
+                }
+            }
+        }
+        self.due = what.map(|what| Due { frame: frame.number, t_ns: frame.t_ns, what });
+    }
+
+    fn has_work(&self) -> bool {
+        self.due.is_some()
+    }
+
+    /// Passes over stored arcs: up to minutes.
+    fn work(&mut self, out: &mut Outputs) {
+        let Some(due) = self.due.take() else { return };
+        match &due.what {
+            What::Hear(arc) => {
+                let tag = Tag { arc: self.arcs[*arc].number, generation: 0, held_out: false };
+                let found = self.heard(*arc);
+                let (message, theta) = found.as_ref().map_or((None, &[][..]), |(m, theta)| (Some(m), theta));
+                let said = sample(message, &self.parameters, theta, tag);
+                if message.is_some() {
+                    self.state.heard.push(said.as_bytes().to_vec());
+                }
+                self.publish(said, &due, out);
+            }
+            What::Answer { theta, generation, held_out } => {
+                for arc in 0..self.arcs.len() {
+                    let is_held_out = self.arcs[arc].experiment == Experiment::HeldOut;
+                    if is_held_out != *held_out || !self.state.kept[arc].whole {
+                        continue;
+                    }
+                    let message = self.answered(arc, theta, *held_out);
+                    let tag = Tag { arc: self.arcs[arc].number, generation: *generation, held_out: *held_out };
+                    self.publish(sample(message.as_ref(), &self.parameters, theta, tag), &due, out);
+                }
+            }
+        }
+    }
+
+    fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
+        runtime::save_state(&self.state, state)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
+        self.state = runtime::restore_state(state)?;
+        Ok(())
+    }
+
+    fn journal(&self) -> &[u8] {
+        &self.rows
+    }
+
+    fn take_journal(&mut self, journal: &[u8]) {
+        self.rows.clear();
+        self.rows.extend_from_slice(journal);
+    }
+}

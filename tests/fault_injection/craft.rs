@@ -1,0 +1,61 @@
+//! One craft: who keeps an arc, who folds and who flies may die at any moment, and the posterior is
+//! the same to the last bit.
+
+use crate::PARTITIONS;
+use crate::ended::KILLED;
+use crate::world::World;
+
+const CRAFT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/craft/pendulum.toml");
+
+/// Kills everybody once with `point`, `first` frames behind the begin and so many apart.
+fn drill(point: &str, first: u64, apart: u64) {
+    let world = World::flying(CRAFT);
+    let undisturbed = world.lockstep(&[]);
+    let kills: Vec<String> =
+        PARTITIONS.iter().zip(0..).map(|(name, k)| format!("{name}@{}:{point}", first + apart * k)).collect();
+    let arguments: Vec<&str> = kills.iter().flat_map(|kill| ["--kill", kill]).collect();
+    let ended = world.run(&arguments);
+    assert_eq!(ended.code, Some(0), "{kills:?}: {ended}");
+    assert_eq!(ended.digest(), undisturbed.digest(), "{kills:?}: {ended}");
+    assert_eq!(ended.json["generations"], undisturbed.json["generations"], "{kills:?}");
+    let died = ended.deaths();
+    assert_eq!(died.len(), PARTITIONS.len(), "{ended}");
+    assert!(died.iter().all(|death| death.cause == KILLED), "{ended}");
+}
+
+#[test]
+fn partitions_killed_within_their_arcs_leave_the_posterior_unchanged() {
+    drill("frame", 61, 190);
+}
+
+#[test]
+fn partitions_killed_with_half_a_checkpoint_leave_the_posterior_unchanged() {
+    drill("checkpoint", 110, 210);
+}
+
+#[test]
+fn a_keeper_killed_when_its_arc_has_just_ended_hears_it_again_to_the_same_bytes() {
+    let world = World::flying(CRAFT);
+    let undisturbed = world.lockstep(&[]);
+    // the first arc takes effect a window after the begin and is closed in the frame behind it
+    let ended = world.run(&["--kill", "modal-id@340:publish"]);
+    assert_eq!(ended.digest(), undisturbed.digest(), "{ended}");
+}
+
+#[test]
+fn a_keeper_that_is_given_up_is_a_missing_message_and_the_posterior_is_wider() {
+    let world = World::flying(CRAFT);
+    let whole = world.lockstep(&[]);
+    let ended = world.run(&["--kill-always", "slosh-id@60"]);
+    let last = |json: &serde_json::Value| json["generations"].as_array().unwrap().last().unwrap().clone();
+    let (of_all, of_two) = (last(&whole.json), last(&ended.json));
+    let arcs = of_two["chi2_per_row"].as_array().unwrap();
+    assert_eq!(arcs.iter().map(|row| row["arc"].as_str().unwrap()).collect::<Vec<_>>(), ["A", "C"], "{ended}");
+    let sigmas = |generation: &serde_json::Value| -> Vec<f64> {
+        generation["parameters"].as_array().unwrap().iter().map(|row| row["sigma"].as_f64().unwrap()).collect()
+    };
+    let (narrow, wide) = (sigmas(&of_all), sigmas(&of_two));
+    // each is linearised about its own estimate, which changes sigmas by some per cent
+    assert!(narrow.iter().zip(&wide).all(|(narrow, wide)| *wide > 0.95 * narrow), "{narrow:?} {wide:?}");
+    assert!(narrow.iter().sum::<f64>() < wide.iter().sum::<f64>());
+}
