@@ -19,6 +19,7 @@ mod sensor_names;
 mod summary;
 mod words;
 
+use crate::beside::{plant_of, required};
 use crate::effort::Effort;
 use crate::engine::EngineWord;
 
@@ -41,7 +42,7 @@ use recording::Spectrum;
 use std::path::{Path, PathBuf};
 
 /// Find the physics that a plant file does not model: locate, name, model, confirm on held-out data
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 #[command(after_help = "Examples:
   obsid diagnose swing.csv --plant pendulum.toml --out report      what is missing; report/report.html, report/augmented.toml
   obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, tested on a third
@@ -61,18 +62,18 @@ pub struct Arguments {
     /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is
     /// several. Or one magnitude spectrum, frequency responses of one structure (UFF, or CSV with
     /// columns `NAME_real`, `NAME_imag`), or one list of modes (.json, as `obsid modal --json`
-    /// prints it)
-    #[arg(required = true, value_name = "RECORDING")]
+    /// prints it). RECORDING=PLANT names its plant file, divided at the last '='
+    #[arg(required = true, value_name = "RECORDING[=PLANT]")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
-    #[arg(long, value_name = "FILE", required_unless_present = "list", default_value = "")]
+    #[arg(long, value_name = "FILE", default_value = "")]
     plant: PathBuf,
     /// Another recording of the plant, predicted at the end with nothing fitted to it; may be
     /// repeated
-    #[arg(long, value_name = "RECORDING")]
+    #[arg(long, value_name = "RECORDING[=PLANT]")]
     held_out: Vec<PathBuf>,
     /// The same experiment once more: what physics does repeats, what noise does not
-    #[arg(long, value_name = "RECORDING")]
+    #[arg(long, value_name = "RECORDING[=PLANT]")]
     repeat: Option<PathBuf>,
     /// Write report.html, diagnosis.json, augmented.toml, next_experiment.toml to this folder
     #[arg(long, value_name = "DIR")]
@@ -176,6 +177,9 @@ impl Offered {
 /// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a
 /// result cannot be written, [`Failure::Interrupted`] once what is known so far was printed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut arguments = arguments.clone();
+    let files = arguments.recordings.iter_mut().chain(&mut arguments.held_out).chain(&mut arguments.repeat);
+    let arguments = &Arguments { plant: plant_of(files, &arguments.plant)?, ..arguments };
     if arguments.intake.list {
         let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
         return intake::list(&files, &arguments.intake, arguments.json);
@@ -236,7 +240,7 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
 }
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
-    let (plant, plant_digest) = plants::read_with_digest(&arguments.plant)?;
+    let (plant, plant_digest) = plants::read_with_digest(required(&arguments.plant)?)?;
     let intake = arguments.intake.intake(Some(&plant))?;
     let evidence = |path: &Path| recordings::read_evidence(path, &intake, &plant);
     let (mut fitted, mut spectra) = (Vec::new(), Vec::new());

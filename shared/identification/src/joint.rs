@@ -136,7 +136,7 @@ impl<'p> Vehicle<'p> {
             return Err(JointError::NothingUnknown);
         }
         let session = |arc: &'p Arc| {
-            EstimationSession::counted(&arc.problem, threads, work.clone()).map_err(|error| arc.failed(error))
+            counted(&arc.problem, threads, work.clone()).map_err(|error| arc.failed(error))
         };
         let sessions = arcs.iter().map(session).collect::<Result<_, _>>()?;
         Ok(Self { arcs, unknowns, sessions, places, work, threads })
@@ -165,6 +165,11 @@ impl Arc {
     pub fn duration_s(&self) -> f64 {
         self.problem.duration_s()
     }
+}
+
+/// A session that takes its linear models in one pass.
+fn counted(problem: &Problem, threads: usize, work: Shared<Work>) -> Result<EstimationSession<'_>, FitError> {
+    Ok(EstimationSession { along: true, ..EstimationSession::counted(problem, threads, work)? })
 }
 
 /// The unknowns of one arc under the vehicle's names.
