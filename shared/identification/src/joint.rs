@@ -135,9 +135,7 @@ impl<'p> Vehicle<'p> {
         if unknowns.is_empty() {
             return Err(JointError::NothingUnknown);
         }
-        let session = |arc: &'p Arc| {
-            counted(&arc.problem, threads, work.clone()).map_err(|error| arc.failed(error))
-        };
+        let session = |arc: &'p Arc| counted(&arc.problem, threads, work.clone()).map_err(|error| arc.failed(error));
         let sessions = arcs.iter().map(session).collect::<Result<_, _>>()?;
         Ok(Self { arcs, unknowns, sessions, places, work, threads })
     }

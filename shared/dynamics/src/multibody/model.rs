@@ -168,7 +168,8 @@ impl Model {
         let same = |(a, b): (&LinkConstants, &LinkConstants)| {
             (a.parent, &a.joint, a.position, a.rotation) == (b.parent, &b.joint, b.position, b.rotation)
         };
-        (self.links.len(), self.gravity) == (other.links.len(), other.gravity) && self.links.iter().zip(&other.links).all(same)
+        (self.links.len(), self.gravity) == (other.links.len(), other.gravity)
+            && self.links.iter().zip(&other.links).all(same)
     }
 
     /// Number of internal coordinates: modes and wheels.

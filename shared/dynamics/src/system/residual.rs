@@ -10,8 +10,9 @@
 
 use super::System;
 use super::workspace::Workspace;
-use crate::multibody::inverse_dynamics_after_kinematics;
+use crate::multibody::{inverse_dynamics_after_kinematics, mass_matrix};
 use core::ops::Range;
+use nalgebra::DMatrix;
 
 /// What sets a plant apart from another one of the same parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,18 +36,12 @@ impl System {
         (bare && plain).then_some(at..at + layout.v_len)
     }
 
-    /// `r` (accelerations) and the readings `y` in state `x` at the acceleration `a`.
+    /// `r` (accelerations) in state `x` at the acceleration `a`.
     ///
     /// Cost: about half of a [`derivative`](Self::derivative); no allocation.
-    pub fn residual(
-        &self,
-        ws: &mut Workspace<f64>,
-        t_s: f64,
-        (x, u, a): (&[f64], &[f64], &[f64]),
-        (r, y): (&mut [f64], &mut [f64]),
-    ) {
+    pub fn residual(&self, ws: &mut Workspace<f64>, t_s: f64, (x, u, a): (&[f64], &[f64], &[f64]), r: &mut [f64]) {
         self.place(ws, x, u);
-        self.residual_in_place(ws, t_s, (x, u, a), (r, y));
+        self.residual_in_place(ws, t_s, (x, u, a), r);
     }
 
     /// [`residual`](Self::residual) in the state that `ws` was last placed in, by this system or by
@@ -56,7 +51,7 @@ impl System {
         ws: &mut Workspace<f64>,
         t_s: f64,
         (x, u, a): (&[f64], &[f64], &[f64]),
-        (r, y): (&mut [f64], &mut [f64]),
+        r: &mut [f64],
     ) {
         self.bend(ws);
         self.apply_forces(ws, t_s, x, u);
@@ -64,7 +59,14 @@ impl System {
         let wrench = if self.pushed { ws.wrench.as_slice() } else { &[] };
         inverse_dynamics_after_kinematics(&self.model, &mut ws.data, &ws.velocity, &ws.acceleration, wrench, r);
         r.iter_mut().zip(&ws.tau).for_each(|(r, tau)| *r -= tau);
-        self.write_readings(ws, t_s, x, y);
+    }
+
+    /// Mass matrix `∂r/∂a` (accelerations × accelerations) in state `x`; `ws` is placed nowhere behind
+    /// it.
+    pub fn mass(&self, ws: &mut Workspace<f64>, x: &[f64], u: &[f64], mass: &mut DMatrix<f64>) {
+        self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity);
+        self.bend(ws);
+        mass_matrix(&self.model, &mut ws.data, &ws.position[..self.layout.q_len], mass);
     }
 
     /// Rates of state where `ws` was last placed, at the acceleration of its last residual.
@@ -72,8 +74,7 @@ impl System {
         self.write_rates(ws, x_dot);
     }
 
-    /// Readings `y` of sensors on a plant that differs from the one evaluated last in `ws` in its
-    /// readings alone.
+    /// Readings `y` behind a residual: of this plant, or of one that differs from it in readings alone.
     pub fn readings_in_place(&self, ws: &mut Workspace<f64>, t_s: f64, x: &[f64], y: &mut [f64]) {
         self.write_readings(ws, t_s, x, y);
     }

@@ -7,6 +7,7 @@
 use super::dense::{add_product, cholesky, solve};
 use super::linear::STEP;
 use super::propagator::{Point, Propagator};
+use nalgebra::DMatrix;
 
 /// Derivatives of the residual r (v) and of the readings y at a fixed acceleration, by rows.
 #[derive(Clone, Debug)]
@@ -24,8 +25,9 @@ pub(super) struct Jacobian {
     y_a: Vec<f64>,
     y_x: Vec<f64>,
     y_w: Vec<f64>,
-    /// Scratch: r, y, x, x' and a.
+    /// Scratch: r, y, x, x' and a; a mass matrix.
     moved: [Vec<f64>; 5],
+    there: DMatrix<f64>,
 }
 
 /// `x' = A x + B w`, `y = C x + D w` about a point, and what a force there makes.
@@ -40,6 +42,7 @@ pub(super) struct Slopes {
     /// Lower factor of M, and ∂y/∂a (channels × v).
     pub factor: Vec<f64>,
     pub y_a: Vec<f64>,
+    there: DMatrix<f64>,
 }
 
 impl Jacobian {
@@ -60,6 +63,7 @@ impl Jacobian {
             y_x: zeros(channels * n),
             y_w: zeros(channels * m),
             moved: [zeros(v), zeros(channels), zeros(n), zeros(n), zeros(v)],
+            there: DMatrix::zeros(v, v),
         }
     }
 
@@ -92,6 +96,21 @@ impl Jacobian {
     }
 }
 
+/// Change of the mass matrix, relative to the roots of its diagonal, from which derivatives are
+/// taken anew behind an update: as much of a slope.
+const MASS_CHANGE: f64 = 1e-4;
+
+impl Jacobian {
+    /// The mass matrix in state `x` is about that of here; `propagator` is placed nowhere behind it.
+    pub fn serves(&mut self, propagator: &mut Propagator<'_>, x: &[f64]) -> bool {
+        propagator.mass(x, &mut self.there);
+        let v = self.v;
+        let scale = |i: usize, j: usize| libm::sqrt(self.mass[i * v + i] * self.mass[j * v + j]);
+        let near = |i: usize, j: usize| (self.there[(i, j)] - self.mass[i * v + j]).abs() <= MASS_CHANGE * scale(i, j);
+        (0..v).all(|i| (0..=i).all(|j| near(i, j)))
+    }
+}
+
 /// A difference as a column of a matrix of `width`, as many rows as it has.
 fn put(matrix: &mut [f64], (column, width): (usize, usize), (moved, still): (&[f64], &[f64]), step: f64) {
     for (row, (moved, still)) in matrix.chunks_exact_mut(width).zip(moved.iter().zip(still)) {
@@ -111,7 +130,23 @@ impl Slopes {
             d: zeros(channels * m),
             factor: zeros(v * v),
             y_a: zeros(channels * v),
+            there: DMatrix::zeros(v, v),
         }
+    }
+
+    /// Of the mass matrix in state `x` itself, and the readings' share between two points; false
+    /// where the mass is not positive. `propagator` is placed nowhere behind it.
+    pub fn take_mass_at(
+        &mut self,
+        propagator: &mut Propagator<'_>,
+        x: &[f64],
+        ([begin, end], share): ([&Jacobian; 2], f64),
+    ) -> bool {
+        propagator.mass(x, &mut self.there);
+        // symmetric: by columns as by rows
+        self.factor.copy_from_slice(self.there.as_slice());
+        between(&mut self.y_a, (&begin.y_a, &end.y_a), share);
+        cholesky(&mut self.factor, begin.v)
     }
 
     /// Mass and readings' share alone, between two points; false where the mass is not positive.
@@ -166,6 +201,18 @@ impl Along {
         let jacobian = Jacobian::new(propagator, &point);
         let slopes = Slopes::new(&jacobian);
         Some(Self { point, jacobians: [jacobian.clone(), jacobian], here: slopes.clone(), between: slopes })
+    }
+
+    /// At the beginning of the interval behind event `k`: in state `x` under the noise `w`, where that
+    /// is another plant than before the update.
+    pub fn begin(&mut self, propagator: &mut Propagator<'_>, k: usize, x: &[f64], w: &[f64]) {
+        if self.jacobians[1].serves(propagator, x) {
+            return;
+        }
+        let event = propagator.timeline.events[k];
+        self.point.x.copy_from_slice(x);
+        propagator.place((event.t_s, event.row, w), &mut self.point);
+        self.jacobians[1].take(propagator, &self.point);
     }
 
     /// Goes on to event `k` in state `x` under the noise `w`.

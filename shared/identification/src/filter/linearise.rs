@@ -1,13 +1,15 @@
 //! The linear model of a pass, by differences of its own functions.
 
 use super::initial::{Start, response};
-use super::jacobian::{Along, Slopes};
-use super::linear::STEP;
+use super::jacobian::Along;
 use super::propagator::{Mean, Propagator};
 use super::recursion::Recursion;
 use super::transition::Transitions;
 use super::{Frozen, Linear, NoiseModel};
 use crate::problem::Timeline;
+use measurement::Scratch;
+
+mod measurement;
 
 impl Linear {
     /// Room for every event and sample of `propagator`'s run.
@@ -118,6 +120,7 @@ fn pass(
             let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
             let sigmas = update.recursion.sigmas();
             if let Some(along) = &mut along {
+                along.begin(propagator, k, &mean.x, &mean.w);
                 let end = transitions.arrive(propagator, k, &mean);
                 next_w.copy_from_slice(&mean.w);
                 propagator.renew_noise(k + 1, &mut next_w);
@@ -251,94 +254,4 @@ fn slopes(nu: &[f64], corrected_by: &[f64], timeline: &Timeline) -> Vec<f64> {
         }
     }
     slope
-}
-
-struct Scratch {
-    delta: Vec<f64>,
-    moved: Vec<f64>,
-    w: Vec<f64>,
-    y: Vec<f64>,
-    y0: Vec<f64>,
-}
-
-impl Scratch {
-    fn new(propagator: &Propagator<'_>) -> Self {
-        let (n, t) = (propagator.x0.len(), propagator.layout.tangent);
-        let p = propagator.layout.lag_of.len();
-        let zeros = |n: usize| vec![0.0; n];
-        Self { delta: zeros(t), moved: zeros(n), w: Vec::new(), y: zeros(p), y0: zeros(p) }
-    }
-
-    /// Rows by the slopes `here`; of means and of instants off their stamps by differences.
-    fn measurement_along(
-        &mut self,
-        propagator: &mut Propagator<'_>,
-        (k, here): (usize, &Slopes),
-        mean: &Mean,
-        out: &mut [f64],
-    ) {
-        let (n, m, c) = (propagator.layout.tangent, propagator.layout.noise_inputs.len(), propagator.layout.clone);
-        let event = propagator.timeline.events[k];
-        let channels = &propagator.timeline.channel[event.first..event.first + event.count];
-        for (channel, row) in channels.iter().zip(out.chunks_exact_mut(n + m + c)) {
-            if propagator.is_instant(*channel) && !propagator.is_uninformative(k, *channel) {
-                row[..n].copy_from_slice(&here.c[channel * n..(channel + 1) * n]);
-                row[n..n + m].copy_from_slice(&here.d[channel * m..(channel + 1) * m]);
-            }
-        }
-        let is_apart: Vec<bool> = channels.iter().map(|channel| !propagator.is_instant(*channel)).collect();
-        if !is_apart.contains(&true) {
-            return;
-        }
-        let shifted = channels.iter().any(|channel| propagator.is_shifted(*channel));
-        let by_noise = shifted || !propagator.system.means_are_kinematic();
-        let clone = mean.clone_event;
-        self.w.clone_from(&mean.w);
-        propagator.read_apart(k, &mean.x, &mean.w, (&mean.clone, clone), &mut self.y0);
-        for column in (0..n + m + c).filter(|column| by_noise || !(n..n + m).contains(column)) {
-            if column < n {
-                self.moved.copy_from_slice(&mean.x);
-                self.moved[column] += STEP;
-                propagator.read_apart(k, &self.moved, &self.w, (&mean.clone, clone), &mut self.y);
-            } else if column < n + m {
-                self.w[column - n] += STEP;
-                propagator.read_apart(k, &mean.x, &self.w, (&mean.clone, clone), &mut self.y);
-                self.w[column - n] = mean.w[column - n];
-            } else {
-                self.moved.copy_from_slice(&mean.clone);
-                self.moved[column - n - m] += STEP;
-                propagator.read_apart(k, &mean.x, &self.w, (&self.moved, clone), &mut self.y);
-            }
-            for slot in (0..event.count).filter(|slot| is_apart[*slot]) {
-                out[slot * (n + m + c) + column] = (self.y[slot] - self.y0[slot]) / STEP;
-            }
-        }
-    }
-
-    fn measurement(&mut self, propagator: &mut Propagator<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
-        let (n, m, c) = (propagator.layout.tangent, propagator.layout.noise_inputs.len(), propagator.layout.clone);
-        let count = propagator.timeline.events[k].count;
-        self.w.clone_from(&mean.w);
-        propagator.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_event), &mut self.y0);
-        for column in 0..n + m + c {
-            if column < n {
-                self.delta.fill(0.0);
-                self.delta[column] = STEP;
-                propagator.system.retract(&mean.x, &self.delta, &mut self.moved);
-                propagator.read(k, &self.moved, &self.w, (&mean.clone, mean.clone_event), &mut self.y);
-            } else if column < n + m {
-                self.w[column - n] += STEP;
-                propagator.read(k, &mean.x, &self.w, (&mean.clone, mean.clone_event), &mut self.y);
-                self.w[column - n] = mean.w[column - n];
-            } else {
-                self.delta.fill(0.0);
-                self.delta[column - n - m] = STEP;
-                propagator.system.retract(&mean.clone, &self.delta, &mut self.moved);
-                propagator.read(k, &mean.x, &self.w, (&self.moved, mean.clone_event), &mut self.y);
-            }
-            for slot in 0..count {
-                out[slot * (n + m + c) + column] = (self.y[slot] - self.y0[slot]) / STEP;
-            }
-        }
-    }
 }

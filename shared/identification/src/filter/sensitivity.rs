@@ -80,21 +80,28 @@ pub fn sensitivities(
         let event = nominal.timeline.events[k];
         let (held, x) = (&linear.held[k * m..(k + 1) * m], &linear.states[k * n..(k + 1) * n]);
         local.place(nominal, (event.t_s, event.row, held), x);
-        local.take(nominal, moved, &mut recursion.d);
+        local.take(nominal, moved, Some(&mut recursion.d));
         jacobians.swap(0, 1);
         jacobians[1].take(nominal, &local.point);
-        let [before, here] = &jacobians;
+        let here = &jacobians[1];
         if !mass.take_mass([here, here], 0.0) {
             return None;
         }
-        local.finish(&mass, &mut recursion.d);
+        local.finish(&mass, Some(&mut recursion.d));
         if k > 0 {
+            let begin = &linear.updated[(k - 1) * n..k * n];
+            let [before, here] = &mut jacobians;
+            if !before.serves(nominal, begin) {
+                let (event, held) = (nominal.timeline.events[k - 1], &linear.held_updated[(k - 1) * m..k * m]);
+                local.place(nominal, (event.t_s, event.row, held), begin);
+                before.take(nominal, &local.point);
+            }
             let stretch = Stretch::new(nominal, linear, k - 1, [before, here]);
             let whole = (stretch.event.steps / divisions).max(1);
-            let steps = if recursion.lags_behind(nominal, k) { whole.next_multiple_of(2) } else { whole };
-            let begin = &linear.updated[(k - 1) * n..k * n];
+            let lags = recursion.lags_behind(nominal, k);
+            let steps = if lags { whole.next_multiple_of(2) } else { whole };
             let solved = slopes.take([before, here], 0.5)
-                && interval.take((nominal, moved), (&mut local, &slopes, &mut mass), (&stretch, begin, steps));
+                && interval.take((nominal, moved), (&mut local, &slopes, &mut mass), (&stretch, begin, (steps, lags)));
             if !solved {
                 return None;
             }

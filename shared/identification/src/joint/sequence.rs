@@ -69,9 +69,7 @@ pub fn identify(vehicle: &Vehicle<'_>, progress: &mut dyn FnMut(Option<&str>, f6
         let (name, own_s) = (&vehicle.arcs[arc].name, vehicle.arcs[arc].duration_s());
         let mut shown = |share: f64| progress(Some(name), HEARD_SHARE * (heard_s + share * own_s) / all_s);
         messages[arc] = vehicle.heard(arc, &known, &mut theta, &mut shown)?;
-        known = known
-            .with([&messages[arc]], &deviations(&vehicle.unknowns, &theta))
-            .ok_or(JointError::NotPositive)?;
+        known = known.with([&messages[arc]], &deviations(&vehicle.unknowns, &theta)).ok_or(JointError::NotPositive)?;
         if vehicle.work.is_stopped() {
             return vehicle.fitted(Ended { theta, messages, converged: false }, true);
         }
@@ -142,8 +140,7 @@ impl Vehicle<'_> {
         self.arcs[arc].problem.split(libm::ldexp(1.0, -(halvings as i32))).0
     }
     fn session_of<'w>(&self, arc: usize, problem: &'w Problem) -> Result<EstimationSession<'w>, JointError> {
-        super::counted(problem, self.threads, self.work.clone())
-            .map_err(|error| self.arcs[arc].failed(error))
+        super::counted(problem, self.threads, self.work.clone()).map_err(|error| self.arcs[arc].failed(error))
     }
 
     /// Passes over all arcs from the plants' priors, to the joint maximum; once more with each step

@@ -4,6 +4,7 @@
 use super::Propagator;
 use core::ops::Range;
 use dynamics::system::Differs;
+use nalgebra::DMatrix;
 
 /// A point of a trajectory: rates x' of its state, readings y before lags, and what rounding leaves
 /// of the residual r at its acceleration.
@@ -25,14 +26,7 @@ impl Point {
         let at = propagator.system.accelerations()?;
         let (states, sensors) = (propagator.x0.len(), propagator.sensors.len());
         let zeros = |count: usize| vec![0.0; count];
-        Some(Self {
-            t_s: 0.0,
-            x: zeros(states),
-            x_dot: zeros(states),
-            r: zeros(at.len()),
-            y: zeros(sensors),
-            at,
-        })
+        Some(Self { t_s: 0.0, x: zeros(states), x_dot: zeros(states), r: zeros(at.len()), y: zeros(sensors), at })
     }
 
     fn acceleration(&self) -> &[f64] {
@@ -49,7 +43,15 @@ impl Propagator<'_> {
         let Self { system, ws, u, .. } = self;
         system.derivative(ws, t_s, &point.x, u, &mut point.x_dot);
         let Point { x, x_dot, r, y, at, .. } = point;
-        system.residual(ws, t_s, (x, u, &x_dot[at.clone()]), (r, y));
+        system.residual(ws, t_s, (x, u, &x_dot[at.clone()]), r);
+        system.readings_in_place(ws, t_s, x, y);
+    }
+
+    /// Mass matrix in state `x`; this plant is placed nowhere behind it.
+    pub fn mass(&mut self, x: &[f64], mass: &mut DMatrix<f64>) {
+        self.evaluations += 1;
+        let Self { system, ws, u, .. } = self;
+        system.mass(ws, x, u, mass);
     }
 
     /// A step of integration of length `h` under the inputs of where this plant was last placed.
@@ -57,17 +59,24 @@ impl Propagator<'_> {
         self.integrate(t_s, h, x, None);
     }
 
-    /// Residual and readings, where this plant was last placed, of a plant beside it that differs
-    /// so, at the same state and acceleration.
-    pub fn beside(&mut self, other: &mut Propagator<'_>, differs: Differs, point: &Point, (r, y): (&mut [f64], &mut [f64])) {
-        let arguments = (&point.x[..], &self.u[..], point.acceleration());
+    /// Residual, where this plant was last placed, of a plant beside it that differs so, at the same
+    /// state and acceleration; and its readings, where they are wanted.
+    pub fn beside(
+        &mut self,
+        (other, differs): (&mut Propagator<'_>, Differs),
+        point: &Point,
+        (r, y): (&mut [f64], Option<&mut [f64]>),
+    ) {
+        let (t_s, arguments) = (point.t_s, (&point.x[..], &self.u[..], point.acceleration()));
+        let Propagator { system, ws: own, .. } = other;
+        let ws = if differs == Differs::InPoses { own } else { &mut self.ws };
         match differs {
-            Differs::InReadings => {
-                r.copy_from_slice(&point.r);
-                other.system.readings_in_place(&mut self.ws, point.t_s, &point.x, y);
-            }
-            Differs::InForces => other.system.residual_in_place(&mut self.ws, point.t_s, arguments, (r, y)),
-            Differs::InPoses => other.system.residual(&mut other.ws, point.t_s, arguments, (r, y)),
+            Differs::InReadings => r.copy_from_slice(&point.r),
+            Differs::InForces => system.residual_in_place(ws, t_s, arguments, r),
+            Differs::InPoses => system.residual(ws, t_s, arguments, r),
+        }
+        if let Some(y) = y {
+            system.readings_in_place(ws, t_s, &point.x, y);
         }
         self.evaluations += usize::from(differs != Differs::InReadings);
     }
@@ -76,7 +85,8 @@ impl Propagator<'_> {
     pub fn at_acceleration(&mut self, point: &Point, a: &[f64], (r, y): (&mut [f64], &mut [f64])) {
         self.evaluations += 1;
         let Self { system, ws, u, .. } = self;
-        system.residual_in_place(ws, point.t_s, (&point.x, u, a), (r, y));
+        system.residual_in_place(ws, point.t_s, (&point.x, u, a), r);
+        system.readings_in_place(ws, point.t_s, &point.x, y);
     }
 
     /// The same at the acceleration of `point` with one noise input changed.
@@ -85,7 +95,8 @@ impl Propagator<'_> {
         let before = self.u[self.layout.noise_inputs[input]];
         self.u[self.layout.noise_inputs[input]] += change;
         let Self { system, ws, u, .. } = self;
-        system.residual_in_place(ws, point.t_s, (&point.x, u, point.acceleration()), (r, y));
+        system.residual_in_place(ws, point.t_s, (&point.x, u, point.acceleration()), r);
+        system.readings_in_place(ws, point.t_s, &point.x, y);
         self.u[self.layout.noise_inputs[input]] = before;
     }
 
@@ -94,7 +105,8 @@ impl Propagator<'_> {
     pub fn at_state(&mut self, point: &Point, x: &[f64], (r, y): (&mut [f64], &mut [f64]), x_dot: &mut [f64]) {
         self.evaluations += 1;
         let Self { system, ws, u, .. } = self;
-        system.residual(ws, point.t_s, (x, u, point.acceleration()), (r, y));
+        system.residual(ws, point.t_s, (x, u, point.acceleration()), r);
+        system.readings_in_place(ws, point.t_s, x, y);
         system.rates_in_place(ws, x_dot);
     }
 

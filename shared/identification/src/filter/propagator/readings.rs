@@ -116,14 +116,7 @@ impl Propagator<'_> {
 
     /// Means that begin at the event of `clone` and end at event `k`, both as much `behind`, into
     /// the readings.
-    fn take_means(
-        &mut self,
-        k: usize,
-        (behind, dt_s): (f64, f64),
-        x: &[f64],
-        w: &[f64],
-        clone: (&[f64], usize),
-    ) {
+    fn take_means(&mut self, k: usize, (behind, dt_s): (f64, f64), x: &[f64], w: &[f64], clone: (&[f64], usize)) {
         let event = self.timeline.events[k];
         let (mut end, mut begin) = (core::mem::take(&mut self.x_at), core::mem::take(&mut self.x_begin));
         end.copy_from_slice(x);

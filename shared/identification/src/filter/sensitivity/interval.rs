@@ -26,7 +26,6 @@ pub(super) struct Interval {
     /// States at the beginning and the end of a step and in its middle, and rates there.
     x: [Vec<f64>; 3],
     rates: [Vec<f64>; 3],
-    scratch: Vec<f64>,
 }
 
 /// One interval: its event, noise inputs held over it, Jacobians at both ends.
@@ -62,26 +61,29 @@ impl Interval {
             stages: [(); 3].map(|()| zeros(n * narrow)),
             x: [(); 3].map(|()| zeros(n)),
             rates: [(); 3].map(|()| zeros(n)),
-            scratch: readings(),
         }
     }
 
-    /// From state `x` over a stretch in `steps`; false where the mass matrix is not positive.
+    /// From state `x` over a stretch in `steps`, with its `d` where it `reads`; false where the mass
+    /// matrix is not positive.
     pub fn take(
         &mut self,
         (nominal, moved): (&mut Propagator<'_>, &mut [Moved<'_>]),
         (local, slopes, mass): (&mut Local, &Slopes, &mut Slopes),
-        (stretch, x, steps): (&Stretch<'_>, &[f64], usize),
+        (stretch, x, (steps, reads)): (&Stretch<'_>, &[f64], (usize, bool)),
     ) -> bool {
         let (begin_s, h) = (stretch.event.t_s, stretch.length_s / steps as f64);
         let [from, to, middle] = &mut self.x;
         let [b_begin, b_middle, b_end] = &mut self.b;
         let [rates, rates_end, rates_middle] = &mut self.rates;
-        let mut at = |nominal: &mut Propagator<'_>, t_s: f64, x: &[f64], out: [&mut Vec<f64>; 3]| {
-            let [b, d, x_dot] = out;
+        let mut at = |nominal: &mut Propagator<'_>,
+                      (t_s, x): (f64, &[f64]),
+                      [b, x_dot]: [&mut Vec<f64>; 2],
+                      mut d: Option<&mut [f64]>| {
+            let share = (t_s - begin_s) / stretch.length_s;
+            let solved = mass.take_mass_at(nominal, x, (stretch.jacobians, share));
             local.place(nominal, (t_s, stretch.event.row, stretch.w), x);
-            local.take(nominal, moved, d);
-            let solved = mass.take_mass(stretch.jacobians, (t_s - begin_s) / stretch.length_s);
+            local.take(nominal, moved, d.as_deref_mut());
             if solved {
                 local.finish(mass, d);
                 b.copy_from_slice(&local.b);
@@ -92,19 +94,21 @@ impl Interval {
         let mut go = || -> Option<()> {
             from.copy_from_slice(x);
             self.g.fill(0.0);
-            at(nominal, begin_s, from, [b_end, &mut self.d, rates_end])?;
+            at(nominal, (begin_s, from), [b_end, rates_end], None)?;
             for step in 0..steps {
                 let t_s = begin_s + h * step as f64;
                 core::mem::swap(b_begin, b_end);
                 core::mem::swap(rates, rates_end);
                 to.copy_from_slice(from);
                 nominal.step(t_s, h, to);
-                at(nominal, t_s + h, to, [b_end, &mut self.d, rates_end])?;
+                let read = 2 * (step + 1) == steps || step + 1 == steps;
+                let d = (reads && read).then_some(&mut self.d[..]);
+                at(nominal, (t_s + h, to), [b_end, rates_end], d)?;
                 for i in 0..self.n {
                     // Hermite's cubic
                     middle[i] = 0.5 * (from[i] + to[i]) + 0.125 * h * (rates[i] - rates_end[i]);
                 }
-                at(nominal, t_s + 0.5 * h, middle, [b_middle, &mut self.scratch, rates_middle])?;
+                at(nominal, (t_s + 0.5 * h, middle), [b_middle, rates_middle], None)?;
                 core::mem::swap(from, to);
                 let b = [&b_begin[..], &b_middle[..], &b_end[..]];
                 let (g, stages, width) = (&mut self.g[..], &mut self.stages, self.narrow);

@@ -36,34 +36,41 @@ impl Local {
         nominal.place(at, &mut self.point);
     }
 
-    /// `∂r/∂θ` and, at the fixed acceleration, `∂y/∂θ` (channels × width) where the nominal plant
-    /// was placed.
-    pub fn take(&mut self, nominal: &mut Propagator<'_>, moved: &mut [Moved<'_>], d: &mut [f64]) {
+    /// `∂r/∂θ` and, where they are wanted, `∂y/∂θ` at the fixed acceleration (channels × width),
+    /// where the nominal plant was placed.
+    pub fn take(&mut self, nominal: &mut Propagator<'_>, moved: &mut [Moved<'_>], mut d: Option<&mut [f64]>) {
+        let columns = if d.is_some() { self.order.len() } else { self.moving };
         // what only reads comes first: the others leave their forces behind
-        for (column, i) in self.order.iter().enumerate().rev() {
+        for (column, i) in self.order[..columns].iter().enumerate().rev() {
             let one = &mut moved[*i];
-            nominal.beside(&mut one.propagator, one.differs, &self.point, (&mut self.r, &mut self.y));
+            let y = d.is_some().then_some(&mut self.y[..]);
+            nominal.beside((&mut one.propagator, one.differs), &self.point, (&mut self.r, y));
             let per = 1.0 / one.step;
-            for (d, (moved, still)) in d.chunks_exact_mut(self.width).zip(self.y.iter().zip(&self.point.y)) {
-                d[column] = (moved - still) * per;
+            let put = |out: &mut [f64], width: usize, (moved, still): (&[f64], &[f64])| {
+                for (row, (moved, still)) in out.chunks_exact_mut(width).zip(moved.iter().zip(still)) {
+                    row[column] = (moved - still) * per;
+                }
+            };
+            if let Some(d) = &mut d {
+                put(d, self.width, (&self.y, &self.point.y));
             }
             if column < self.moving {
-                for (b, (moved, still)) in self.b.chunks_exact_mut(self.narrow).zip(self.r.iter().zip(&self.point.r)) {
-                    b[column] = (moved - still) * per;
-                }
+                put(&mut self.b, self.narrow, (&self.r, &self.point.r));
             }
         }
     }
 
     /// b from `∂r/∂θ`, and what it adds to the readings.
-    pub fn finish(&mut self, mass: &Slopes, d: &mut [f64]) {
+    pub fn finish(&mut self, mass: &Slopes, d: Option<&mut [f64]>) {
         let v = self.r.len();
         wide(
             #[inline(always)]
             || {
                 solve(&mass.factor, v, &mut self.b, self.narrow);
                 self.b.iter_mut().for_each(|b| *b = -*b);
-                add_product(&mass.y_a, v, (&self.b, self.narrow), (d, self.width));
+                if let Some(d) = d {
+                    add_product(&mass.y_a, v, (&self.b, self.narrow), (d, self.width));
+                }
             },
         );
     }

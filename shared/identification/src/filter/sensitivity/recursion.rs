@@ -253,11 +253,8 @@ impl<'l> Recursion<'l> {
                 let (begin, end) = (&self.from[own.clone()], &*out);
                 let (between, last) = (&self.middle[own.clone()], &self.to[own.clone()]);
                 for i in 0..width {
-                    let (mid, end) = if self.bent[channel] {
-                        (between[i], last[i])
-                    } else {
-                        (0.5 * (begin[i] + end[i]), end[i])
-                    };
+                    let (mid, end) =
+                        if self.bent[channel] { (between[i], last[i]) } else { (0.5 * (begin[i] + end[i]), end[i]) };
                     lag[i] = kept * lag[i] + from * begin[i] + middle * mid + to * end;
                 }
             }
