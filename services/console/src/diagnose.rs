@@ -66,8 +66,8 @@ pub struct Arguments {
     #[arg(required = true, value_name = "RECORDING[=PLANT]")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
-    #[arg(long, value_name = "FILE", default_value = "")]
-    plant: PathBuf,
+    #[arg(long, value_name = "FILE")]
+    plant: Option<PathBuf>,
     /// Another recording of the plant, predicted at the end with nothing fitted to it; may be
     /// repeated
     #[arg(long, value_name = "RECORDING[=PLANT]")]
@@ -179,7 +179,7 @@ impl Offered {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut arguments = arguments.clone();
     let files = arguments.recordings.iter_mut().chain(&mut arguments.held_out).chain(&mut arguments.repeat);
-    let arguments = &Arguments { plant: plant_of(files, &arguments.plant)?, ..arguments };
+    let arguments = &Arguments { plant: plant_of(files, arguments.plant.as_deref())?, ..arguments };
     if arguments.intake.list {
         let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
         return intake::list(&files, &arguments.intake, arguments.json);
@@ -240,7 +240,8 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
 }
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
-    let (plant, plant_digest) = plants::read_with_digest(required(&arguments.plant)?)?;
+    let file = required(arguments.plant.as_deref())?;
+    let (plant, plant_digest) = plants::read_with_digest(file)?;
     let intake = arguments.intake.intake(Some(&plant))?;
     let evidence = |path: &Path| recordings::read_evidence(path, &intake, &plant);
     let (mut fitted, mut spectra) = (Vec::new(), Vec::new());
@@ -273,7 +274,7 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     let repeat = arguments.repeat.as_deref().map(|path| time_only(path, "--repeat")).transpose()?.unwrap_or_default();
     used_twice(&fitted, &held_out, "--held-out", "data that were fitted confirm nothing: give another recording")?;
     used_twice(&fitted, &repeat, "--repeat", "give the same experiment flown once more, not the same file")?;
-    let plant_file = arguments.plant.display().to_string();
+    let plant_file = file.display().to_string();
     Ok(Case {
         plant,
         plant_file,
@@ -405,7 +406,7 @@ fn examine_all(case: &Case, labels: &[Option<Mislabelled>], watch: &Watch) -> Ve
 fn inputs(arguments: &Arguments) -> Vec<&Path> {
     let files =
         arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.repeat).chain(&arguments.intake.map);
-    files.chain(std::iter::once(&arguments.plant)).map(PathBuf::as_path).collect()
+    files.chain(&arguments.plant).map(PathBuf::as_path).collect()
 }
 
 /// The command that makes the result again.
@@ -413,7 +414,7 @@ fn again(arguments: &Arguments) -> String {
     let mut words = vec!["obsid".to_owned(), "diagnose".to_owned()];
     words.extend(arguments.recordings.iter().map(|path| path.display().to_string()));
     let one = |flag: &str, path: &Path| [flag.to_owned(), path.display().to_string()];
-    words.extend(one("--plant", &arguments.plant));
+    arguments.plant.iter().for_each(|path| words.extend(one("--plant", path)));
     arguments.held_out.iter().for_each(|path| words.extend(one("--held-out", path)));
     arguments.repeat.iter().for_each(|path| words.extend(one("--repeat", path)));
     words.extend(arguments.intake.words());

@@ -104,9 +104,10 @@ impl Interval {
                 let read = 2 * (step + 1) == steps || step + 1 == steps;
                 let d = (reads && read).then_some(&mut self.d[..]);
                 at(nominal, (t_s + h, to), [b_end, rates_end], d)?;
-                for i in 0..self.n {
-                    // Hermite's cubic
-                    middle[i] = 0.5 * (from[i] + to[i]) + 0.125 * h * (rates[i] - rates_end[i]);
+                // Hermite's cubic
+                let ends = from.iter().zip(&*to).zip(rates.iter().zip(&*rates_end));
+                for (middle, ((from, to), (begin, end))) in middle.iter_mut().zip(ends) {
+                    *middle = 0.5 * (from + to) + 0.125 * h * (begin - end);
                 }
                 at(nominal, (t_s + 0.5 * h, middle), [b_middle, rates_middle], None)?;
                 core::mem::swap(from, to);

@@ -250,12 +250,19 @@ impl<'l> Recursion<'l> {
                 lag.copy_from_slice(out);
             } else if h_s > 0.0 {
                 let [kept, from, middle, to] = nominal.lag_shares(channel, h_s);
-                let (begin, end) = (&self.from[own.clone()], &*out);
-                let (between, last) = (&self.middle[own.clone()], &self.to[own.clone()]);
-                for i in 0..width {
-                    let (mid, end) =
-                        if self.bent[channel] { (between[i], last[i]) } else { (0.5 * (begin[i] + end[i]), end[i]) };
-                    lag[i] = kept * lag[i] + from * begin[i] + middle * mid + to * end;
+                let taken = |lag: &mut f64, [begin, mid, end]: [f64; 3]| {
+                    *lag = kept * *lag + from * begin + middle * mid + to * end;
+                };
+                let begin = &self.from[own.clone()];
+                if self.bent[channel] {
+                    let (between, last) = (&self.middle[own.clone()], &self.to[own.clone()]);
+                    for ((lag, begin), (mid, end)) in lag.iter_mut().zip(begin).zip(between.iter().zip(last)) {
+                        taken(lag, [*begin, *mid, *end]);
+                    }
+                } else {
+                    for ((lag, begin), end) in lag.iter_mut().zip(begin).zip(&*out) {
+                        taken(lag, [*begin, 0.5 * (begin + end), *end]);
+                    }
                 }
             }
             self.from[own].copy_from_slice(out);
