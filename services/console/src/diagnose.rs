@@ -19,6 +19,7 @@ mod sensor_names;
 mod summary;
 mod words;
 
+use crate::beside::{plant_of, required};
 use crate::effort::Effort;
 use crate::engine::EngineWord;
 
@@ -41,7 +42,7 @@ use recording::Spectrum;
 use std::path::{Path, PathBuf};
 
 /// Find the physics that a plant file does not model: locate, name, model, confirm on held-out data
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 #[command(after_help = "Examples:
   obsid diagnose swing.csv --plant pendulum.toml --out report      what is missing; report/report.html, report/augmented.toml
   obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, tested on a third
@@ -61,18 +62,18 @@ pub struct Arguments {
     /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is
     /// several. Or one magnitude spectrum, frequency responses of one structure (UFF, or CSV with
     /// columns `NAME_real`, `NAME_imag`), or one list of modes (.json, as `obsid modal --json`
-    /// prints it)
-    #[arg(required = true, value_name = "RECORDING")]
+    /// prints it). RECORDING=PLANT names its plant file, divided at the last '='
+    #[arg(required = true, value_name = "RECORDING[=PLANT]")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
-    #[arg(long, value_name = "FILE", required_unless_present = "list", default_value = "")]
-    plant: PathBuf,
+    #[arg(long, value_name = "FILE")]
+    plant: Option<PathBuf>,
     /// Another recording of the plant, predicted at the end with nothing fitted to it; may be
     /// repeated
-    #[arg(long, value_name = "RECORDING")]
+    #[arg(long, value_name = "RECORDING[=PLANT]")]
     held_out: Vec<PathBuf>,
     /// The same experiment once more: what physics does repeats, what noise does not
-    #[arg(long, value_name = "RECORDING")]
+    #[arg(long, value_name = "RECORDING[=PLANT]")]
     repeat: Option<PathBuf>,
     /// Write report.html, diagnosis.json, augmented.toml, next_experiment.toml to this folder
     #[arg(long, value_name = "DIR")]
@@ -176,6 +177,9 @@ impl Offered {
 /// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a
 /// result cannot be written, [`Failure::Interrupted`] once what is known so far was printed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut arguments = arguments.clone();
+    let files = arguments.recordings.iter_mut().chain(&mut arguments.held_out).chain(&mut arguments.repeat);
+    let arguments = &Arguments { plant: plant_of(files, arguments.plant.as_deref())?, ..arguments };
     if arguments.intake.list {
         let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
         return intake::list(&files, &arguments.intake, arguments.json);
@@ -236,7 +240,8 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
 }
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
-    let (plant, plant_digest) = plants::read_with_digest(&arguments.plant)?;
+    let file = required(arguments.plant.as_deref())?;
+    let (plant, plant_digest) = plants::read_with_digest(file)?;
     let intake = arguments.intake.intake(Some(&plant))?;
     let evidence = |path: &Path| recordings::read_evidence(path, &intake, &plant);
     let (mut fitted, mut spectra) = (Vec::new(), Vec::new());
@@ -269,7 +274,7 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     let repeat = arguments.repeat.as_deref().map(|path| time_only(path, "--repeat")).transpose()?.unwrap_or_default();
     used_twice(&fitted, &held_out, "--held-out", "data that were fitted confirm nothing: give another recording")?;
     used_twice(&fitted, &repeat, "--repeat", "give the same experiment flown once more, not the same file")?;
-    let plant_file = arguments.plant.display().to_string();
+    let plant_file = file.display().to_string();
     Ok(Case {
         plant,
         plant_file,
@@ -401,7 +406,7 @@ fn examine_all(case: &Case, labels: &[Option<Mislabelled>], watch: &Watch) -> Ve
 fn inputs(arguments: &Arguments) -> Vec<&Path> {
     let files =
         arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.repeat).chain(&arguments.intake.map);
-    files.chain(std::iter::once(&arguments.plant)).map(PathBuf::as_path).collect()
+    files.chain(&arguments.plant).map(PathBuf::as_path).collect()
 }
 
 /// The command that makes the result again.
@@ -409,7 +414,7 @@ fn again(arguments: &Arguments) -> String {
     let mut words = vec!["obsid".to_owned(), "diagnose".to_owned()];
     words.extend(arguments.recordings.iter().map(|path| path.display().to_string()));
     let one = |flag: &str, path: &Path| [flag.to_owned(), path.display().to_string()];
-    words.extend(one("--plant", &arguments.plant));
+    arguments.plant.iter().for_each(|path| words.extend(one("--plant", path)));
     arguments.held_out.iter().for_each(|path| words.extend(one("--held-out", path)));
     arguments.repeat.iter().for_each(|path| words.extend(one("--repeat", path)));
     words.extend(arguments.intake.words());

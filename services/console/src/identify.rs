@@ -7,6 +7,7 @@ pub(crate) mod base;
 mod object;
 mod words;
 
+use crate::beside::divided;
 use crate::intake::IntakeArguments;
 use crate::progress::Share;
 use crate::recordings::{self, Evidence};
@@ -70,7 +71,7 @@ struct Identified<'a> {
 
 /// # Errors
 /// [`Failure::Input`] for recordings and plants that cannot be used together,
-/// [`Failure::Interrupted`] once that was said.
+/// [`Failure::Interrupted`] once what was known by then is shown.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.intake.list {
         let files: Vec<PathBuf> = arguments.recordings.iter().map(|text| divided(text).0).collect();
@@ -94,7 +95,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Err(JointError::Interrupted) => return Err(interrupted(arguments.json)),
         found => found.map_err(refused)?,
     };
-    let predicted = held_out.iter().map(|one| Ok((one, predict(&vehicle, &fit, &one.arc).map_err(refused)?)));
+    let predicted = held_out.iter().filter(|_| !fit.interrupted);
+    let predicted = predicted.map(|one| Ok((one, predict(&vehicle, &fit, &one.arc).map_err(refused)?)));
     let predicted = predicted.collect::<Result<_, Failure>>()?;
     let base = base::rows(&vehicle, &fit);
     let found = Identified { read: &fitted, vehicle: &vehicle, fit, base, predicted };
@@ -103,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         words::in_words(&found)
     });
-    Ok(())
+    if found.fit.interrupted { Err(Failure::Interrupted) } else { Ok(()) }
 }
 
 fn refused(error: JointError) -> Failure {
@@ -118,16 +120,6 @@ fn interrupted(json: bool) -> Failure {
         "interrupted: nothing is known before all recordings were heard\n"
     });
     Failure::Interrupted
-}
-
-/// `RECORDING[=PLANT]` at its last '='; a file of the whole name has no plant in it.
-fn divided(text: &str) -> (PathBuf, Option<PathBuf>) {
-    match text.rsplit_once('=') {
-        Some((recording, plant)) if !Path::new(text).exists() && !recording.is_empty() && !plant.is_empty() => {
-            (recording.into(), Some(plant.into()))
-        }
-        _ => (text.into(), None),
-    }
 }
 
 fn read_all(texts: &[String], arguments: &Arguments, names: &mut Vec<String>) -> Result<Vec<Read>, Failure> {

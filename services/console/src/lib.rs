@@ -25,6 +25,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod beside;
 mod budget;
 mod challenge;
 mod compare;

@@ -19,6 +19,7 @@
 //! body that nothing drives, at first far below what the sensors see.
 
 mod attitude;
+mod dense;
 mod disturbances;
 mod equations;
 mod frozen;
@@ -27,6 +28,7 @@ mod gradient;
 mod horizon;
 mod initial;
 mod initial_sigmas;
+mod jacobian;
 mod layout;
 mod linear;
 mod linearise;
@@ -34,6 +36,7 @@ mod noise_model;
 mod propagator;
 mod recursion;
 mod rows;
+mod sensitivity;
 mod transition;
 mod whiten;
 mod wide;
@@ -48,10 +51,11 @@ pub use initial::Start;
 pub use initial_sigmas::initial_sigmas;
 pub use layout::{Layout, tangent_names};
 pub use linear::Linear;
-pub use linearise::linearise;
+pub use linearise::{linearise, linearise_along};
 pub use noise_model::NoiseModel;
 pub use propagator::Propagator;
 pub(crate) use propagator::step_s;
+pub use sensitivity::{Moved, sensitivities};
 pub use whiten::whiten;
 
 #[cfg(test)]

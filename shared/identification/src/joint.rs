@@ -139,9 +139,7 @@ impl<'p> Vehicle<'p> {
         if unknowns.is_empty() {
             return Err(JointError::NothingUnknown);
         }
-        let session = |arc: &'p Arc| {
-            EstimationSession::counted(&arc.problem, threads, work.clone()).map_err(|error| arc.failed(error))
-        };
+        let session = |arc: &'p Arc| counted(&arc.problem, threads, work.clone()).map_err(|error| arc.failed(error));
         let sessions = arcs.iter().map(session).collect::<Result<_, _>>()?;
         Ok(Self { arcs, unknowns, sessions, places, work, threads })
     }
@@ -187,6 +185,11 @@ pub fn shared_unknowns(plant: &Plant) -> Vec<JointUnknown> {
         own: None,
     };
     found.map(joint).collect()
+}
+
+/// A session that takes its linear models in one pass.
+fn counted(problem: &Problem, threads: usize, work: Shared<Work>) -> Result<EstimationSession<'_>, FitError> {
+    Ok(EstimationSession { along: true, ..EstimationSession::counted(problem, threads, work)? })
 }
 
 /// The unknowns of one arc under the vehicle's names.

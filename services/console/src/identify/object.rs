@@ -24,7 +24,7 @@ pub fn object(found: &Identified<'_>, command: &str) -> Value {
     let predicted = found.predicted.iter().map(|(one, chi2)| {
         json!({ "recording": one.file, "name": one.arc.name, "plant": one.plant_file, "digest": one.digest, "chi2_per_row": chi2 })
     });
-    json!({ "command": command, "converged": fit.converged, "interrupted": false, "parameters": parameters,
+    json!({ "command": command, "converged": fit.converged, "interrupted": fit.interrupted, "parameters": parameters,
         "arcs": arcs.collect::<Vec<_>>(), "predicted": predicted.collect::<Vec<_>>() })
 }
 

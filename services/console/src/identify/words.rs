@@ -47,7 +47,9 @@ fn first_lines(found: &Identified<'_>) -> String {
         unknowns.len(),
         if count == 1 { "" } else { "s" }
     );
-    if !found.fit.converged {
+    if found.fit.interrupted {
+        text.push_str("INTERRUPTED: what is known so far, of the recordings and their beginnings that were heard\n");
+    } else if !found.fit.converged {
         text.push_str(
             "NOT CONVERGED: the estimates may be far from the maximum; give narrower priors or longer recordings\n",
         );

@@ -163,6 +163,15 @@ impl Model {
         self.links.len()
     }
 
+    /// Links of `other` have the same poses and velocities in every state, under the same gravity.
+    pub(crate) fn is_posed_as(&self, other: &Self) -> bool {
+        let same = |(a, b): (&LinkConstants, &LinkConstants)| {
+            (a.parent, &a.joint, a.position, a.rotation) == (b.parent, &b.joint, b.position, b.rotation)
+        };
+        (self.links.len(), self.gravity) == (other.links.len(), other.gravity)
+            && self.links.iter().zip(&other.links).all(same)
+    }
+
     /// Number of internal coordinates: modes and wheels.
     pub fn internals_len(&self) -> usize {
         self.internals.len()

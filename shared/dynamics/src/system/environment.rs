@@ -15,7 +15,7 @@ pub(super) struct Orbit {
 }
 
 /// Environment of the plant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Surrounding {
     /// Arguments common to all laws.
     pub constants: Surroundings,

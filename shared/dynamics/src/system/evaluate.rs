@@ -105,14 +105,7 @@ impl System {
     /// Everything up to accelerations.
     pub(super) fn evaluate<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T]) {
         self.place(ws, x, u);
-        if self.pushed {
-            ws.wrench.fill([T::zero(); 6]);
-        }
-        self.apply_actuators(ws, t_s, x, u);
-        ws.tau.copy_from_slice(&ws.effort);
-        self.apply_passive(ws);
-        self.apply_environment(ws, t_s);
-        self.apply_effects(ws, t_s, x);
+        self.apply_forces(ws, t_s, x, u);
         let (model, flags) = (&self.model, &self.layout.prescribed_flags);
         let wrench = if self.pushed { ws.wrench.as_slice() } else { &[] };
         if self.layout.prescribed.is_empty() {
@@ -138,8 +131,21 @@ impl System {
         }
     }
 
+    /// Efforts and wrenches of everything that acts, where the links are placed.
     #[inline]
-    fn write_rates<T: Pick>(&self, ws: &mut Workspace<T>, x_dot: &mut [T]) {
+    pub(super) fn apply_forces<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T]) {
+        if self.pushed {
+            ws.wrench.fill([T::zero(); 6]);
+        }
+        self.apply_actuators(ws, t_s, x, u);
+        ws.tau.copy_from_slice(&ws.effort);
+        self.apply_passive(ws);
+        self.apply_environment(ws, t_s);
+        self.apply_effects(ws, t_s, x);
+    }
+
+    #[inline]
+    pub(super) fn write_rates<T: Pick>(&self, ws: &mut Workspace<T>, x_dot: &mut [T]) {
         let layout = &self.layout;
         assert!(x_dot.len() == layout.states_len());
         let q = &ws.position[..layout.q_len];

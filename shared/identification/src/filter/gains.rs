@@ -74,11 +74,18 @@ pub(super) fn recurse<R: Row>(
     let mut part = Gains { pole: noise.pole.clone(), same_as_frozen, layout, ..Gains::default() };
     let mut roots = Product::default();
     let events = timeline.events.len();
+    let kept = part.same_as_frozen && tape.is_none() && !linear.factor.is_empty();
+    let mut from = 0;
     let mut begin = 0;
     while begin < events {
         let range = begin..begin.saturating_add(each).min(events);
         begin = range.end;
         part.clear();
+        if kept {
+            from = part.keep((linear, timeline), range.clone(), from, &mut roots);
+            receive(&mut part, range);
+            continue;
+        }
         let is_positive = wide(
             #[inline(always)]
             || recursion.advance((linear, timeline, noise), range.clone(), &mut part, &mut roots),
@@ -96,6 +103,28 @@ pub(super) fn recurse<R: Row>(
 }
 
 impl Gains {
+    /// Gains and factors of `range` as the pass kept them, its factors from place `from` on; the place
+    /// behind them.
+    fn keep(
+        &mut self,
+        (linear, timeline): (&Linear, &Timeline),
+        range: Range<usize>,
+        mut from: usize,
+        roots: &mut Product,
+    ) -> usize {
+        for k in range {
+            let count = timeline.events[k].count;
+            self.first.push(self.gain.len());
+            self.factor_first.push(self.factor.len());
+            let gain = &linear.frozen.gain[linear.frozen.first[k]..];
+            self.gain.extend_from_slice(&gain[..linear.frozen.rows * count]);
+            self.factor.extend_from_slice(&linear.factor[from..from + count * count]);
+            (0..count).for_each(|slot| roots.times(linear.factor[from + slot * (count + 1)]));
+            from += count * count;
+        }
+        from
+    }
+
     fn clear(&mut self) {
         self.gain.clear();
         self.factor.clear();

@@ -1,12 +1,15 @@
 //! The linear model of a pass, by differences of its own functions.
 
 use super::initial::{Start, response};
-use super::linear::STEP;
+use super::jacobian::Along;
 use super::propagator::{Mean, Propagator};
 use super::recursion::Recursion;
 use super::transition::Transitions;
 use super::{Frozen, Linear, NoiseModel};
 use crate::problem::Timeline;
+use measurement::Scratch;
+
+mod measurement;
 
 impl Linear {
     /// Room for every event and sample of `propagator`'s run.
@@ -30,6 +33,7 @@ impl Linear {
                 gain: Vec::with_capacity(samples * layout.len()),
                 first: Vec::with_capacity(events),
             },
+            factor: Vec::new(),
             nu: vec![0.0; samples],
             states: Vec::with_capacity(events * propagator.x0.len()),
             updated: Vec::with_capacity(events * propagator.x0.len()),
@@ -60,21 +64,51 @@ pub fn linearise(
     start: &Start,
 ) -> Result<Linear, String> {
     propagator.begin(&start.change);
+    pass(propagator, noise, initial_sigma, (start, None))
+}
+
+/// [`linearise`] by residuals at every event, where the plant has them.
+///
+/// Cost: a residual for each number of z at an event, two flows, and the recursion.
+///
+/// # Errors
+/// Those of [`linearise`].
+pub fn linearise_along(
+    propagator: &mut Propagator<'_>,
+    noise: &NoiseModel,
+    initial_sigma: &[f64],
+    start: &Start,
+) -> Result<Linear, String> {
+    propagator.begin(&start.change);
+    let along = Along::of(propagator);
+    pass(propagator, noise, initial_sigma, (start, along))
+}
+
+fn pass(
+    propagator: &mut Propagator<'_>,
+    noise: &NoiseModel,
+    initial_sigma: &[f64],
+    (start, mut along): (&Start, Option<Along>),
+) -> Result<Linear, String> {
     let mut linear = Linear::empty(propagator, noise, initial_sigma, start);
     let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
     let events = propagator.timeline.events.len();
     let mut update = Update::new(propagator, &linear, start);
     let mut mean = propagator.start();
     let mut transitions = Transitions::new(propagator);
+    let mut next_w = vec![0.0; m];
     for k in 0..events {
         let event = propagator.timeline.events[k];
         propagator.renew(k, &mut mean);
+        if let (0, Some(along)) = (k, &mut along) {
+            along.take(propagator, 0, &mean.x, &mean.w)?;
+        }
         update.recursion.renew(&event, &linear.noise);
         linear.states.extend_from_slice(&mean.x);
         linear.held.extend_from_slice(&mean.w);
         linear.frozen.first.push(linear.frozen.gain.len());
         if event.count > 0 {
-            update.take_up(propagator, k, &mut mean, &mut linear)?;
+            update.take_up((propagator, along.as_ref()), k, &mut mean, &mut linear)?;
         }
         linear.updated.extend_from_slice(&mean.x);
         linear.held_updated.extend_from_slice(&mean.w);
@@ -84,7 +118,17 @@ pub fn linearise(
         }
         if k + 1 < events {
             let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
-            transitions.write(propagator, k, &mut mean, &update.recursion.sigmas(), transition);
+            let sigmas = update.recursion.sigmas();
+            if let Some(along) = &mut along {
+                along.begin(propagator, k, &mean.x, &mean.w);
+                let end = transitions.arrive(propagator, k, &mean);
+                next_w.copy_from_slice(&mean.w);
+                propagator.renew_noise(k + 1, &mut next_w);
+                along.take(propagator, k + 1, end, &next_w)?;
+                transitions.write_by(propagator, k, &mut mean, (&sigmas, &along.between), transition);
+            } else {
+                transitions.write(propagator, k, &mut mean, &sigmas, transition);
+            }
             update.recursion.propagate(transition);
         }
     }
@@ -125,7 +169,7 @@ impl Update {
     /// is corrected.
     fn take_up(
         &mut self,
-        propagator: &mut Propagator<'_>,
+        (propagator, along): (&mut Propagator<'_>, Option<&Along>),
         k: usize,
         mean: &mut Mean,
         linear: &mut Linear,
@@ -133,7 +177,11 @@ impl Update {
         let event = propagator.timeline.events[k];
         let samples = event.first..event.first + event.count;
         let row_len = linear.row_len();
-        self.scratch.measurement(propagator, k, mean, &mut linear.measurement[event.first * row_len..]);
+        let out = &mut linear.measurement[event.first * row_len..];
+        match along {
+            Some(along) => self.scratch.measurement_along(propagator, (k, &along.here), mean, out),
+            None => self.scratch.measurement(propagator, k, mean, out),
+        }
         self.decays(propagator, k, linear);
         propagator.predict(k, mean, &mut self.predicted);
         let rows = &linear.measurement[samples.start * row_len..samples.end * row_len];
@@ -143,6 +191,9 @@ impl Update {
             return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
         }
         linear.frozen.gain.extend_from_slice(&self.recursion.gain);
+        if along.is_some() {
+            linear.factor.extend_from_slice(&self.recursion.factor);
+        }
         self.change.fill(0.0);
         for (slot, predicted) in self.predicted.iter().enumerate().take(event.count) {
             let innovation = propagator.timeline.value[event.first + slot] - predicted;
@@ -203,48 +254,4 @@ fn slopes(nu: &[f64], corrected_by: &[f64], timeline: &Timeline) -> Vec<f64> {
         }
     }
     slope
-}
-
-struct Scratch {
-    delta: Vec<f64>,
-    moved: Vec<f64>,
-    w: Vec<f64>,
-    y: Vec<f64>,
-    y0: Vec<f64>,
-}
-
-impl Scratch {
-    fn new(propagator: &Propagator<'_>) -> Self {
-        let (n, t) = (propagator.x0.len(), propagator.layout.tangent);
-        let p = propagator.layout.lag_of.len();
-        let zeros = |n: usize| vec![0.0; n];
-        Self { delta: zeros(t), moved: zeros(n), w: Vec::new(), y: zeros(p), y0: zeros(p) }
-    }
-
-    fn measurement(&mut self, propagator: &mut Propagator<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
-        let (n, m, c) = (propagator.layout.tangent, propagator.layout.noise_inputs.len(), propagator.layout.clone);
-        let count = propagator.timeline.events[k].count;
-        self.w.clone_from(&mean.w);
-        propagator.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), &mut self.y0);
-        for column in 0..n + m + c {
-            if column < n {
-                self.delta.fill(0.0);
-                self.delta[column] = STEP;
-                propagator.system.retract(&mean.x, &self.delta, &mut self.moved);
-                propagator.read(k, &self.moved, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
-            } else if column < n + m {
-                self.w[column - n] += STEP;
-                propagator.read(k, &mean.x, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
-                self.w[column - n] = mean.w[column - n];
-            } else {
-                self.delta.fill(0.0);
-                self.delta[column - n - m] = STEP;
-                propagator.system.retract(&mean.clone, &self.delta, &mut self.moved);
-                propagator.read(k, &mean.x, &self.w, (&self.moved, mean.clone_row), &mut self.y);
-            }
-            for slot in 0..count {
-                out[slot * (n + m + c) + column] = (self.y[slot] - self.y0[slot]) / STEP;
-            }
-        }
-    }
 }

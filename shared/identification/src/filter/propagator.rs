@@ -16,10 +16,12 @@ mod filtered_inputs;
 mod lagged;
 mod pass;
 mod places;
+mod point;
 mod readings;
 mod stiffness;
 
 pub use pass::Mean;
+pub use point::Point;
 pub(crate) use stiffness::step_s;
 
 /// A compiled plant with the timeline of one run.
@@ -43,6 +45,9 @@ pub struct Propagator<'a> {
     u: Vec<f64>,
     u_end: Vec<f64>,
     y: Vec<f64>,
+    /// Readings half an interval before an event, and right before it.
+    y_middle: Vec<f64>,
+    y_to: Vec<f64>,
     x_at: Vec<f64>,
     x_begin: Vec<f64>,
     /// Rotation vectors among the sensors.
@@ -106,6 +111,8 @@ impl<'a> Propagator<'a> {
             u: zeros(m),
             u_end: zeros(m),
             y: zeros(p),
+            y_middle: zeros(p),
+            y_to: zeros(p),
             x_at: zeros(n),
             x_begin: zeros(n),
             attitudes: attitudes(&equipped),

@@ -125,8 +125,9 @@ impl<R: Row> Recursion<R> {
         for (i, moved) in self.moved.iter().enumerate() {
             let moved = moved.numbers();
             let mut sum = self.p[i].taken();
-            sum.numbers_mut().fill(0.0);
-            combine(sum.numbers_mut(), moved, &self.columns);
+            let own = &mut sum.numbers_mut()[..n.next_multiple_of(QUAD)];
+            own.fill(0.0);
+            combine(own, moved, &self.columns);
             sum.numbers_mut()[n..].copy_from_slice(&moved[n..]);
             self.p[i] = sum;
         }

@@ -79,7 +79,8 @@ pub(super) fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
     }
 }
 
-/// `sum += Σ shareᵢ · rowᵢ`: as many numbers at once as the processor has room for.
+/// `sum += Σ shareᵢ · rowᵢ`: as many numbers at once as the processor has room for; shares that are
+/// zero cost nothing.
 #[inline(always)]
 pub(super) fn combine<R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R]) {
     let mut at = 0;
@@ -102,7 +103,7 @@ fn stretch<const Q: usize, R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R], 
     let sum = &mut sum[at..at + Q * QUAD];
     let mut sums = [[0.0; QUAD]; Q];
     sums.iter_mut().zip(sum.chunks_exact(QUAD)).for_each(|(own, sum)| own.copy_from_slice(sum));
-    for (share, row) in shares.iter().zip(rows) {
+    for (share, row) in shares.iter().zip(rows).filter(|(share, _)| **share != 0.0) {
         for (own, x) in sums.iter_mut().zip(row.numbers()[at..at + Q * QUAD].chunks_exact(QUAD)) {
             for (own, x) in own.iter_mut().zip(x) {
                 *own += share * x;

@@ -12,8 +12,10 @@
 //! tells whether that is the flow's own: where a law turns within the step it is not, and all flows
 //! are taken.
 
+use super::jacobian::Slopes;
 use super::linear::STEP;
 use super::propagator::{Mean, Propagator};
+use super::wide::wide;
 
 /// Numbers of a change from which slopes are worth their bookkeeping.
 const LARGE: usize = 8;
@@ -93,6 +95,48 @@ impl Transitions {
         mean.x.copy_from_slice(&self.base);
     }
 
+    /// Moves the mean to the event behind `k`, where the rates there are to be found.
+    pub fn arrive(&mut self, propagator: &mut Propagator<'_>, k: usize, mean: &Mean) -> &[f64] {
+        self.w.copy_from_slice(&mean.w);
+        self.base.copy_from_slice(&mean.x);
+        propagator.flow(k, &mut self.base, &self.w);
+        &self.base
+    }
+
+    /// Behind [`Transitions::arrive`], [`Transitions::write`] by rates `[A | B]` of the whole
+    /// interval.
+    pub fn write_by(
+        &mut self,
+        propagator: &mut Propagator<'_>,
+        k: usize,
+        mean: &mut Mean,
+        (sigmas, slopes): (&[f64], &Slopes),
+        out: &mut [f64],
+    ) {
+        let (n, m, len) = (self.n, self.m, self.n + self.m);
+        let (parts, event) = (propagator.parts(k), propagator.timeline.events[k]);
+        let h = event.step_s * event.steps as f64 / parts as f64;
+        for (i, rates) in self.rates.chunks_exact_mut(len).enumerate() {
+            let row = slopes.a[i * n..(i + 1) * n].iter().chain(&slopes.b[i * m..(i + 1) * m]);
+            rates.iter_mut().zip(row).for_each(|(rate, slope)| *rate = h * slope);
+        }
+        let Self { rates, power, next, own, .. } = self;
+        wide(
+            #[inline(always)]
+            || {
+                taylor((rates, n, len), power, next, own);
+                out.copy_from_slice(own);
+                for _ in 1..parts {
+                    then((own, n, len), out, next);
+                }
+            },
+        );
+        if !self.is_that_of_the_flow(propagator, k, mean, sigmas, out) {
+            self.take_flows(propagator, k, mean, out);
+        }
+        mean.x.copy_from_slice(&self.base);
+    }
+
     /// Of a flow for every number, beside that of the mean in `base`.
     fn take_flows(&mut self, propagator: &mut Propagator<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
         let (n, m) = (self.n, self.m);
@@ -128,12 +172,7 @@ impl Transitions {
             propagator.middle(&self.moved, h, &mut self.middle);
             self.take_rates(propagator, (k, part), h);
             taylor((&self.rates, n, len), &mut self.power, &mut self.next, &mut self.own);
-            // what was before goes through the step, and its own inputs join
-            product((&self.own, n, len), out, &mut self.next);
-            for (next, own) in self.next.chunks_exact_mut(len).zip(self.own.chunks_exact(len)) {
-                next[n..].iter_mut().zip(&own[n..]).for_each(|(next, own)| *next += own);
-            }
-            out.copy_from_slice(&self.next);
+            then((&self.own, n, len), out, &mut self.next);
         }
     }
 
@@ -189,8 +228,19 @@ fn is_by_slopes(propagator: &Propagator<'_>) -> bool {
     layout.tangent + layout.noise_inputs.len() >= LARGE && propagator.x0.len() == layout.tangent
 }
 
+/// What was before goes through the step `own`, and its own inputs join.
+#[inline(always)]
+fn then((own, n, len): (&[f64], usize, usize), out: &mut [f64], next: &mut [f64]) {
+    product((own, n, len), out, next);
+    for (next, own) in next.chunks_exact_mut(len).zip(own.chunks_exact(len)) {
+        next[n..].iter_mut().zip(&own[n..]).for_each(|(next, own)| *next += own);
+    }
+    out.copy_from_slice(next);
+}
+
 /// `[Z⁰ + … + Z⁴/4! | (1 + Z/2 + … + Z³/4!) B]` of `[Z | B]`, `n` rows of `len`: what the method of
 /// integration takes of the flow of a linear system.
+#[inline(always)]
 fn taylor((rates, n, len): (&[f64], usize, usize), power: &mut [f64], next: &mut [f64], out: &mut [f64]) {
     power.copy_from_slice(rates);
     out.copy_from_slice(rates);
@@ -203,6 +253,7 @@ fn taylor((rates, n, len): (&[f64], usize, usize), power: &mut [f64], next: &mut
 }
 
 /// The first `n` columns of `a` by `b`, both `n` rows of `len`.
+#[inline(always)]
 fn product((a, n, len): (&[f64], usize, usize), b: &[f64], out: &mut [f64]) {
     out.fill(0.0);
     for (out, row) in out.chunks_exact_mut(len).zip(a.chunks_exact(len)) {

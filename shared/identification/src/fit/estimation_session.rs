@@ -2,7 +2,7 @@
 
 use super::FitError;
 use super::parallel;
-use crate::filter::{Linear, NoiseModel, Propagator, Start, equip, initial_sigmas, linearise, step_s};
+use crate::filter::{Linear, NoiseModel, Propagator, Start, equip, initial_sigmas, linearise, linearise_along, step_s};
 use crate::problem::{Problem, Run, Timeline};
 use crate::work::Work;
 use dynamics::description::Plant;
@@ -36,6 +36,8 @@ pub struct EstimationSession<'p> {
     pub samples: usize,
     /// Parts that each step of integration is taken in.
     pub parts: usize,
+    /// Linear models and sensitivities are taken by residuals along the trajectory, in one pass.
+    pub along: bool,
     /// What all sessions of one diagnosis have computed.
     pub work: std::sync::Arc<Work>,
 }
@@ -98,6 +100,7 @@ impl<'p> EstimationSession<'p> {
             offsets,
             samples,
             parts: 1,
+            along: false,
             work,
         };
         session.added = std::sync::Arc::new(start::added(&session, &system, &session.prior()));
@@ -147,6 +150,7 @@ impl<'p> EstimationSession<'p> {
             offsets: other.offsets.clone(),
             samples: other.samples,
             parts: other.parts,
+            along: other.along,
             work: other.work.clone(),
         };
         let theta = theta.map_or_else(|| session.prior(), <[f64]>::to_vec);
@@ -233,7 +237,8 @@ impl<'p> EstimationSession<'p> {
                 &[&self.added[run][..], &self.hardly_seen[run]].concat(),
             );
             let fresh = |propagator: &mut Propagator<'_>, start: &Start| {
-                let found = linearise(propagator, noise, &sigmas, start);
+                let by = if self.along { linearise_along } else { linearise };
+                let found = by(propagator, noise, &sigmas, start);
                 self.work.add(propagator.work() + propagator.recursion_work());
                 found
             };

@@ -10,6 +10,8 @@ use crate::problem::Timeline;
 use crate::work::{of_products, of_whitening};
 use dynamics::description::Plant;
 
+mod along;
+
 /// Raw innovations of the frozen filters and their sensitivities, all runs one after the other.
 #[derive(Clone, Debug)]
 pub struct LinearisedProblem {
@@ -70,13 +72,16 @@ impl LinearisedProblem {
         self.jacobian_theta.as_deref() == Some(theta)
     }
 
-    /// Sensitivities to all unknowns by one pass each, if they are not there; more where the first
-    /// step was felt too much.
+    /// Sensitivities to all unknowns, if they are not there: in one pass where the session has it so,
+    /// else by one pass each, more where the first step was felt too much.
     pub fn take_jacobian(&mut self, session: &EstimationSession<'_>, plant: &Plant, theta: &[f64]) {
         if self.has_jacobian(theta) {
             return;
         }
         self.jacobian_theta = Some(theta.to_vec());
+        if session.along {
+            return self.take_along(session, plant, theta);
+        }
         let taken = parallel(theta.len(), session.threads, |i| self.sensitivity(session, plant, theta, i));
         (self.jacobian, self.steps) = taken.into_iter().unzip();
     }

@@ -16,6 +16,15 @@ pub struct Message {
     pub rows: usize,
 }
 
+impl Message {
+    /// Of an arc that was not heard, on `n` unknowns.
+    #[must_use]
+    pub fn of_nothing(n: usize) -> Self {
+        let (information, gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        Self { information, gradient, chi2: 0.0, log_determinant: 0.0, rows: 0 }
+    }
+}
+
 /// A normal law of the unknowns: `Λ` and its mean, in prior standard deviations from the priors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knowledge {

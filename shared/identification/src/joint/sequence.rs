@@ -25,6 +25,9 @@ const ROUNDS_OF_ALL: usize = 8;
 /// enough: a tenth of a standard deviation rms, as far as the iteration itself is off.
 const STEP_ERROR: f64 = 1e-2;
 const STEP_HALVINGS_MAX: u32 = 4;
+/// Share of the progress that the arcs one after the other are: about as many sets of sensitivities
+/// as the passes over all.
+const HEARD_SHARE: f64 = 0.5;
 
 /// All arcs together.
 #[derive(Clone, Debug)]
@@ -41,6 +44,8 @@ pub struct JointFit {
     pub converged: bool,
     /// Posterior standard deviations, in the units of the unknowns.
     pub sigma: Vec<f64>,
+    /// It was stopped: what was known by then, of the arcs and windows that were heard.
+    pub interrupted: bool,
 }
 
 /// The joint maximum a posteriori estimate of all arcs, from the priors.
@@ -48,32 +53,29 @@ pub struct JointFit {
 /// `progress` receives the arc that is heard, or `None` for all together, and the share done.
 ///
 /// # Errors
-/// An arc that its plant cannot predict, an interruption before the first estimate.
+/// An arc that its plant cannot predict. An interruption ends it with what is known by then.
 ///
-/// Cost: some ten sets of sensitivities of each arc, each one pass of the plant per unknown.
+/// Cost: some ten sets of sensitivities of each arc.
 pub fn identify(vehicle: &Vehicle<'_>, progress: &mut dyn FnMut(Option<&str>, f64)) -> Result<JointFit, JointError> {
     let n = vehicle.unknowns.len();
     let mut theta = vehicle.prior();
     let mut known = Knowledge::of_priors(n);
     let mut order: Vec<usize> = (0..vehicle.arcs.len()).collect();
     order.sort_by(|a, b| vehicle.arcs[*a].duration_s().total_cmp(&vehicle.arcs[*b].duration_s()));
-    // an arc costs as much as it lasts; the last passes as much as all
     let all_s: f64 = vehicle.arcs.iter().map(Arc::duration_s).sum();
     let mut heard_s = 0.0;
+    let mut messages = vec![Message::of_nothing(n); vehicle.arcs.len()];
     for arc in order {
-        let mut shown = |share: f64| {
-            let done_s = heard_s + share * vehicle.arcs[arc].duration_s();
-            progress(Some(&vehicle.arcs[arc].name), 0.6 * done_s / all_s);
-        };
-        let message = vehicle.heard(arc, &known, &mut theta, &mut shown)?;
+        let (name, own_s) = (&vehicle.arcs[arc].name, vehicle.arcs[arc].duration_s());
+        let mut shown = |share: f64| progress(Some(name), HEARD_SHARE * (heard_s + share * own_s) / all_s);
+        messages[arc] = vehicle.heard(arc, &known, &mut theta, &mut shown)?;
+        known = known.with([&messages[arc]], &deviations(&vehicle.unknowns, &theta)).ok_or(JointError::NotPositive)?;
         if vehicle.work.is_stopped() {
-            return Err(JointError::Interrupted);
+            return vehicle.fitted(Ended { theta, messages, converged: false }, true);
         }
-        known = known.with([&message], &deviations(&vehicle.unknowns, &theta)).ok_or(JointError::NotPositive)?;
-        heard_s += vehicle.arcs[arc].duration_s();
+        heard_s += own_s;
     }
-    progress(None, 0.6);
-    vehicle.all_together(theta)
+    vehicle.all_together(theta, progress)
 }
 
 impl Vehicle<'_> {
@@ -88,8 +90,10 @@ impl Vehicle<'_> {
         let mut free = vec![false; self.unknowns.len()];
         self.places[arc].iter().for_each(|at| free[*at] = true);
         let first = self.first_window(arc, theta);
+        // a window costs as much as it lasts
+        let length = |halvings: u32| libm::ldexp(1.0, -(halvings as i32));
+        let (all, mut done) = ((0..=first).map(length).sum::<f64>(), 0.0);
         for halvings in (0..=first).rev() {
-            progress(0.5 * f64::from(first - halvings) / f64::from(first + 1));
             let window = (halvings > 0).then(|| self.window(arc, halvings));
             let own = match &window {
                 Some(problem) => Some(self.session_of(arc, problem)?),
@@ -98,9 +102,12 @@ impl Vehicle<'_> {
             let session = own.as_ref().unwrap_or(&self.sessions[arc]);
             let part = Part { session, places: &self.places[arc], arc };
             let stage = Stage { unknowns: &self.unknowns, parts: vec![part], before: known, free: free.clone() };
-            let mut ended = stage.maximise(theta.clone(), ROUNDS_OF_A_WINDOW).map_err(|found| self.failed(found))?;
+            let mut shown = |share: f64| progress((done + share * length(halvings)) / all);
+            let ended = stage.maximise(theta.clone(), ROUNDS_OF_A_WINDOW, &mut shown);
+            let mut ended = ended.map_err(|found| self.failed(found))?;
             *theta = ended.theta;
-            if halvings == 0 {
+            done += length(halvings);
+            if halvings == 0 || self.work.is_stopped() {
                 return ended.messages.pop().ok_or(JointError::NotPositive);
             }
         }
@@ -133,20 +140,25 @@ impl Vehicle<'_> {
         self.arcs[arc].problem.split(libm::ldexp(1.0, -(halvings as i32))).0
     }
     fn session_of<'w>(&self, arc: usize, problem: &'w Problem) -> Result<EstimationSession<'w>, JointError> {
-        EstimationSession::counted(problem, self.threads, self.work.clone())
-            .map_err(|error| self.arcs[arc].failed(error))
+        super::counted(problem, self.threads, self.work.clone()).map_err(|error| self.arcs[arc].failed(error))
     }
 
     /// Passes over all arcs from the plants' priors, to the joint maximum; once more with each step
     /// of integration halved, until the maximum stays.
-    fn all_together(&self, theta: Vec<f64>) -> Result<JointFit, JointError> {
+    fn all_together(
+        &self,
+        theta: Vec<f64>,
+        progress: &mut dyn FnMut(Option<&str>, f64),
+    ) -> Result<JointFit, JointError> {
         let n = self.unknowns.len();
         let before = Knowledge::of_priors(n);
-        let mut ended = self.maximum(&self.sessions, &before, theta)?;
+        let left = 1.0 - HEARD_SHARE;
+        let mut shown = |share: f64| progress(None, HEARD_SHARE + 0.5 * left * share);
+        let mut ended = self.maximum(&self.sessions, &before, theta, &mut shown)?;
         let mut steps_agree = false;
         for halvings in 1..=STEP_HALVINGS_MAX {
             if self.work.is_stopped() {
-                return Err(JointError::Interrupted);
+                break;
             }
             let finer = self
                 .sessions
@@ -154,7 +166,10 @@ impl Vehicle<'_> {
                 .zip(self.arcs)
                 .map(|(session, arc)| session.in_parts(1 << halvings).map_err(|error| arc.failed(error)));
             let finer = finer.collect::<Result<Vec<_>, _>>()?;
-            let again = self.maximum(&finer, &before, ended.theta.clone())?;
+            // what was shown is never more than what is done
+            let from = 1.0 - left * libm::ldexp(1.0, -(halvings as i32));
+            let mut shown = |share: f64| progress(None, from + 0.5 * (1.0 - from) * share);
+            let again = self.maximum(&finer, &before, ended.theta.clone(), &mut shown)?;
             let moved = deviations(&self.unknowns, &again.theta) - deviations(&self.unknowns, &ended.theta);
             let known = before.with(&again.messages, &deviations(&self.unknowns, &again.theta));
             let known = known.ok_or(JointError::NotPositive)?;
@@ -165,19 +180,29 @@ impl Vehicle<'_> {
                 break;
             }
         }
+        ended.converged &= steps_agree;
+        self.fitted(ended, self.work.is_stopped())
+    }
+
+    /// What the priors and the messages of all arcs say.
+    fn fitted(&self, ended: Ended, stopped: bool) -> Result<JointFit, JointError> {
+        let (n, before) = (self.unknowns.len(), Knowledge::of_priors(self.unknowns.len()));
         let d = deviations(&self.unknowns, &ended.theta);
         let knowledge = before.with(&ended.messages, &d).ok_or(JointError::NotPositive)?;
         let covariance = knowledge.covariance().ok_or(JointError::NotPositive)?;
         let sigma = (0..n).map(|i| libm::sqrt(covariance[(i, i)].max(0.0)) * self.unknowns[i].sigma).collect();
+        let heard = ended.messages.iter().filter(|message| message.rows > 0).count();
         let agreement = (0..self.arcs.len())
             .map(|arc| {
                 let others = ended.messages.iter().enumerate().filter(|(k, _)| *k != arc).map(|(_, message)| message);
                 let others = before.with(others, &d)?;
-                (self.arcs.len() > 1).then(|| Agreement::of(&ended.messages[arc], &others, &d)).flatten()
+                let compared = heard > 1 && ended.messages[arc].rows > 0;
+                compared.then(|| Agreement::of(&ended.messages[arc], &others, &d)).flatten()
             })
             .collect();
         let Ended { theta, messages, converged } = ended;
-        Ok(JointFit { theta, knowledge, messages, agreement, converged: converged && steps_agree, sigma })
+        let interrupted = stopped && !converged;
+        Ok(JointFit { theta, knowledge, messages, agreement, converged, sigma, interrupted })
     }
 
     fn maximum(
@@ -185,11 +210,12 @@ impl Vehicle<'_> {
         sessions: &[EstimationSession<'_>],
         before: &Knowledge,
         theta: Vec<f64>,
+        progress: &mut dyn FnMut(f64),
     ) -> Result<Ended, JointError> {
         let whole = |arc: usize| Part { session: &sessions[arc], places: &self.places[arc], arc };
         let parts = (0..self.arcs.len()).map(whole).collect();
         let stage = Stage { unknowns: &self.unknowns, parts, before, free: vec![true; self.unknowns.len()] };
-        stage.maximise(theta, ROUNDS_OF_ALL).map_err(|found| self.failed(found))
+        stage.maximise(theta, ROUNDS_OF_ALL, progress).map_err(|found| self.failed(found))
     }
 
     pub(super) fn failed(&self, (arc, error): (usize, crate::fit::FitError)) -> JointError {
@@ -220,6 +246,6 @@ pub fn predict(vehicle: &Vehicle<'_>, fit: &JointFit, arc: &Arc) -> Result<f64, 
     let before = Knowledge::of_priors(predicted.unknowns.len());
     let part = Part { session: &predicted.sessions[0], places: &predicted.places[0], arc: 0 };
     let stage = Stage { unknowns: &predicted.unknowns, parts: vec![part], before: &before, free };
-    let ended = stage.maximise(theta, ROUNDS_OF_A_WINDOW).map_err(|found| predicted.failed(found))?;
+    let ended = stage.maximise(theta, ROUNDS_OF_A_WINDOW, &mut |_| {}).map_err(|found| predicted.failed(found))?;
     Ok(ended.messages[0].chi2 / ended.messages[0].rows.max(1) as f64)
 }

@@ -49,21 +49,27 @@ impl Stage<'_> {
     ///
     /// # Errors
     /// A part cannot be predicted at `theta`; later failures end the stage with what is there.
-    pub(super) fn maximise(&self, mut theta: Vec<f64>, rounds: usize) -> Result<Ended, (usize, FitError)> {
+    pub(super) fn maximise(
+        &self,
+        mut theta: Vec<f64>,
+        rounds: usize,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Ended, (usize, FitError)> {
         let mut damping = Damping::on_failure();
-        let mut point = self.point(&theta)?;
+        let mut shown = |round: usize, share: f64| progress((round as f64 + share) / (rounds + 1) as f64);
+        let mut point = self.point(&theta, &mut |share| shown(0, share))?;
         let mut converged = false;
         let enough = CONVERGED_PER_UNKNOWN * self.free.iter().filter(|free| **free).count() as f64;
         'rounds: for round in 0..rounds {
             if round > 0 {
-                match self.point(&theta) {
+                match self.point(&theta, &mut |share| shown(round, share)) {
                     Ok(fresh) => point = fresh,
                     Err(_) => break,
                 }
             }
             let mut taken = 0.0;
             for inner in 0..INNER_STEPS {
-                if self.parts.first().is_some_and(|part| part.session.work.is_stopped()) {
+                if self.is_stopped() {
                     break 'rounds;
                 }
                 let Some((step, promised)) = self.step(&point, &theta, damping.value()) else { break 'rounds };
@@ -93,7 +99,8 @@ impl Stage<'_> {
                 break;
             }
         }
-        let messages = if converged { point.messages } else { self.point(&theta)?.messages };
+        let last = &mut |share| shown(rounds, share);
+        let messages = if converged || self.is_stopped() { point.messages } else { self.point(&theta, last)?.messages };
         Ok(Ended { theta, messages, converged })
     }
 
@@ -106,9 +113,10 @@ impl Stage<'_> {
     }
 
     /// Linearisations, sensitivities and messages at `theta`.
-    fn point(&self, theta: &[f64]) -> Result<Point, (usize, FitError)> {
+    fn point(&self, theta: &[f64], progress: &mut dyn FnMut(f64)) -> Result<Point, (usize, FitError)> {
         let mut point = Point { linearised: Vec::new(), messages: Vec::new(), objective: 0.0 };
-        for part in &self.parts {
+        for (k, part) in self.parts.iter().enumerate() {
+            progress(k as f64 / self.parts.len() as f64);
             let failed = |error| (part.arc, error);
             let own = part.own(theta);
             let plant = &part.session.problem.plant;
@@ -122,6 +130,10 @@ impl Stage<'_> {
         }
         point.objective = self.objective(&point.messages, theta);
         Ok(point)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.parts.first().is_some_and(|part| part.session.work.is_stopped())
     }
 
     fn objective(&self, messages: &[Message], theta: &[f64]) -> f64 {

@@ -9,8 +9,11 @@ use dynamics::lags::LagState;
 pub struct Mean {
     pub x: Vec<f64>,
     pub w: Vec<f64>,
+    /// Noise inputs that acted until the event.
+    pub w_until: Vec<f64>,
+    /// State at the beginning of means, and its event.
     pub clone: Vec<f64>,
-    pub clone_row: usize,
+    pub clone_event: usize,
     pub lag: Vec<LagState>,
     /// Last reading before the lag, and whether there was one.
     pub lag_input: Vec<f64>,
@@ -25,8 +28,9 @@ impl Propagator<'_> {
         Mean {
             x: self.x0.clone(),
             w: vec![0.0; self.layout.noise_inputs.len()],
+            w_until: vec![0.0; self.layout.noise_inputs.len()],
             clone: self.x0.clone(),
-            clone_row: 0,
+            clone_event: 0,
             lag: vec![LagState::default(); channels],
             lag_input: vec![0.0; channels],
             lag_started: vec![false; channels],
@@ -56,8 +60,14 @@ impl Propagator<'_> {
 
     /// Draws noise anew where the event says so, before its readings.
     pub fn renew(&self, k: usize, mean: &mut Mean) {
+        mean.w_until.copy_from_slice(&mean.w);
+        self.renew_noise(k, &mut mean.w);
+    }
+
+    /// Of [`Propagator::renew`], noise inputs alone.
+    pub fn renew_noise(&self, k: usize, w: &mut [f64]) {
         let reset = self.timeline.events[k].reset;
-        for (w, input) in mean.w.iter_mut().zip(&self.layout.noise_inputs) {
+        for (w, input) in w.iter_mut().zip(&self.layout.noise_inputs) {
             if reset >> input.min(&63) & 1 == 1 {
                 *w = 0.0;
             }
@@ -68,7 +78,7 @@ impl Propagator<'_> {
     pub fn begin_mean(&self, k: usize, mean: &mut Mean) {
         if self.any_mean && self.timeline.events[k].begins_mean {
             mean.clone.copy_from_slice(&mean.x);
-            mean.clone_row = self.timeline.events[k].row;
+            mean.clone_event = k;
         }
     }
 

@@ -5,7 +5,7 @@ use super::Propagator;
 
 impl Propagator<'_> {
     /// Readings of the samples of event `k` before lags, into `out` (one per sample). `clone` is
-    /// the state at the beginning of means.
+    /// the state at the beginning of means, and its event.
     pub fn read(&mut self, k: usize, x: &[f64], w: &[f64], clone: (&[f64], usize), out: &mut [f64]) {
         let event = self.timeline.events[k];
         if event.count == 0 {
@@ -13,33 +13,47 @@ impl Propagator<'_> {
         }
         let samples = event.first..event.first + event.count;
         let channels = &self.timeline.channel[samples.clone()];
-        if channels.iter().any(|c| !self.sensors[*c].mean) {
+        if channels.iter().any(|channel| !self.sensors[*channel].mean) {
             self.load(event.row, w);
             let Self { system, ws, u, y, .. } = self;
             system.read(ws, event.t_s, x, u, y);
-            for (out, channel) in out.iter_mut().zip(&self.timeline.channel[samples.clone()]) {
+            for (out, channel) in out.iter_mut().zip(&self.timeline.channel[samples]) {
                 *out = self.y[*channel];
             }
         }
-        for (slot, sample) in samples.enumerate() {
-            let channel = self.timeline.channel[sample];
-            let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
-            if self.is_uninformative(k, channel) {
-                out[slot] = self.timeline.value[sample];
-            } else if self.sensors[channel].mean {
-                out[slot] = self.read_mean(k, sample, behind, x, w, clone);
-            } else if behind != 0.0 {
-                out[slot] = self.read_at(k, channel, behind, behind > 0.0, x, w);
-            }
-        }
+        self.read_apart(k, x, w, clone, out);
         for attitude in &self.attitudes {
             attitude.turn(self.timeline, &event, out);
         }
     }
 
+    /// Of [`Propagator::read`], the readings that are means or of instants off their stamps.
+    pub fn read_apart(&mut self, k: usize, x: &[f64], w: &[f64], clone: (&[f64], usize), out: &mut [f64]) {
+        let event = self.timeline.events[k];
+        // means of one interval are taken together
+        let mut taken: Option<(f64, f64)> = None;
+        for (slot, sample) in (event.first..event.first + event.count).enumerate() {
+            let channel = self.timeline.channel[sample];
+            let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
+            if self.is_uninformative(k, channel) {
+                out[slot] = self.timeline.value[sample];
+            } else if self.sensors[channel].mean {
+                let interval = (behind, self.timeline.interval_s[sample]);
+                if taken != Some(interval) {
+                    self.take_means(k, interval, x, w, clone);
+                    taken = Some(interval);
+                }
+                out[slot] = self.y[channel];
+            } else if behind != 0.0 {
+                out[slot] = self.read_at(k, channel, behind, behind > 0.0, x, w);
+                taken = None;
+            }
+        }
+    }
+
     /// The sample is about an instant before the recording, where the inputs are unknown: the
     /// first of a channel whose delay is unknown, whatever that is, or known to reach there.
-    fn is_uninformative(&self, k: usize, channel: usize) -> bool {
+    pub fn is_uninformative(&self, k: usize, channel: usize) -> bool {
         let sensor = &self.sensors[channel];
         let reaches = sensor.delay_s > self.timeline.shift_s[channel] + 1e-6 * self.timeline.period_s;
         k == 0 && (sensor.delay_is_unknown || reaches)
@@ -56,42 +70,66 @@ impl Propagator<'_> {
     /// Reading of an instant that lies `behind` event `k`; `before`: under what acted until the
     /// event, else under what acts from it on.
     pub(super) fn read_at(&mut self, k: usize, channel: usize, behind: f64, before: bool, x: &[f64], w: &[f64]) -> f64 {
-        let event = self.timeline.events[k];
-        let at = if before && k > 0 { k - 1 } else { k };
-        let row = if self.timeline.moving { event.row } else { self.timeline.events[at].row };
-        self.load(row, w);
         let mut moved = core::mem::take(&mut self.x_at);
         moved.copy_from_slice(x);
-        if behind != 0.0 {
-            // as finely as the flow
-            let step_s = self.timeline.events[at].step_s / self.finer as f64;
-            let steps = if step_s > 0.0 { libm::ceil(behind.abs() / step_s).max(1.0) } else { 1.0 };
-            for step in 0..steps as usize {
-                self.integrate(event.t_s - behind * step as f64 / steps, -behind / steps, &mut moved, None);
-            }
-        }
+        self.carry((k, before), behind, &mut moved, w);
+        let t_s = self.timeline.events[k].t_s - behind;
         let Self { system, ws, u, y, .. } = self;
-        system.read(ws, event.t_s - behind, &moved, u, y);
+        system.read(ws, t_s, &moved, u, y);
         self.x_at = moved;
         self.y[channel]
     }
 
-    fn read_mean(&mut self, k: usize, sample: usize, behind: f64, x: &[f64], w: &[f64], clone: (&[f64], usize)) -> f64 {
+    /// Moves `x` from event `k` to the instant that lies `behind` it, and loads the inputs there.
+    /// Commands act where they did: an instant beyond a switch is reached under both.
+    fn carry(&mut self, (k, before): (usize, bool), behind: f64, x: &mut [f64], w: &[f64]) {
+        let events = &self.timeline.events;
+        let mut at = if before && k > 0 { k - 1 } else { k };
+        let (mut t_s, until_s) = (events[k].t_s, events[k].t_s - behind);
+        loop {
+            let event = self.timeline.events[at];
+            // before the first event and behind the last one the same goes on
+            let edge_s = match behind > 0.0 {
+                true if at > 0 => until_s.max(event.t_s),
+                false if behind < 0.0 && at + 1 < self.timeline.events.len() => {
+                    until_s.min(self.timeline.events[at + 1].t_s)
+                }
+                _ => until_s,
+            };
+            self.load(if self.timeline.moving { self.timeline.events[k].row } else { event.row }, w);
+            let length_s = edge_s - t_s;
+            if length_s != 0.0 {
+                // as finely as the flow
+                let step_s = event.step_s / self.finer as f64;
+                let steps = if step_s > 0.0 { libm::ceil(length_s.abs() / step_s).max(1.0) } else { 1.0 };
+                for step in 0..steps as usize {
+                    self.integrate(t_s + length_s * step as f64 / steps, length_s / steps, x, None);
+                }
+            }
+            if edge_s == until_s {
+                return;
+            }
+            t_s = edge_s;
+            at = if behind > 0.0 { at - 1 } else { at + 1 };
+        }
+    }
+
+    /// Means that begin at the event of `clone` and end at event `k`, both as much `behind`, into
+    /// the readings.
+    fn take_means(&mut self, k: usize, (behind, dt_s): (f64, f64), x: &[f64], w: &[f64], clone: (&[f64], usize)) {
         let event = self.timeline.events[k];
-        let (channel, dt) = (self.timeline.channel[sample], self.timeline.interval_s[sample]);
         let (mut end, mut begin) = (core::mem::take(&mut self.x_at), core::mem::take(&mut self.x_begin));
         end.copy_from_slice(x);
         begin.copy_from_slice(clone.0);
+        if behind != 0.0 {
+            self.carry((k, behind > 0.0), behind, &mut end, w);
+            self.carry((clone.1, behind > 0.0), behind, &mut begin, w);
+        }
         self.load(event.row, w);
         self.u_end.copy_from_slice(&self.u);
-        self.load(clone.1, w);
-        if behind != 0.0 {
-            self.integrate(event.t_s, -behind, &mut end, None);
-            self.integrate(event.t_s - dt, -behind, &mut begin, None);
-        }
+        self.load(self.timeline.events[clone.1].row, w);
         let Self { system, ws, u, u_end, y, .. } = self;
-        system.read_mean(ws, event.t_s - dt - behind, dt, &begin, u, &end, u_end, y);
+        system.read_mean(ws, event.t_s - dt_s - behind, dt_s, &begin, u, &end, u_end, y);
         (self.x_at, self.x_begin) = (end, begin);
-        self.y[channel]
     }
 }
