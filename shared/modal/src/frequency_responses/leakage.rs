@@ -6,7 +6,8 @@
 //! of it is `e_ck = ∫ W(ω_k − ν) (H_c(ν) − H_ck) dU(ν)`, and the response is wrong by the mean of
 //! `e_ck Ū_k` over the segments, `E|U|² = 1`. Of normal force (Isserlis 1918)
 //!
-//! `E[e_ck Ū_k ē_dl U_l] = E[e_ck ē_dl] E[Ū_k U_l]`, `E[e_ck Ū_k e_dl Ū_l] = E[e_ck Ū_l] E[e_dl Ū_k]`.
+//! `E[e_ck Ū_k ē_dl U_l] = E[e_ck ē_dl] E[Ū_k U_l]`,
+//! `E[e_ck Ū_k e_dl Ū_l] = E[e_ck Ū_l] E[e_dl Ū_k]`.
 //!
 //! Channels share the force: averaging them does not lessen these errors. The second moment, which
 //! the noise of a sensor does not have, adds to the variance of the damping and takes from that of
@@ -24,12 +25,12 @@ use faer::{Mat, c64};
 
 /// Cells of the window's transform on either side of a line: the main lobe of the widest window has
 /// five.
-const REACH: usize = 8;
+const WINDOW_CELLS: usize = 8;
 /// Neighbours that share some of the force with a line.
 const SHARED: usize = 6;
 /// Points per cell of the integrals: one per half width of the narrowest mode, by which trapezia
 /// err by e^(−2π); within these limits.
-const FINE: (f64, f64) = (4.0, 32.0);
+const POINTS_PER_CELL: (f64, f64) = (4.0, 32.0);
 
 /// The window's transform at points about a line, `∫ W² = 1`.
 struct Kernel {
@@ -39,13 +40,14 @@ struct Kernel {
 
 impl Kernel {
     fn new(window: Window, fine: usize) -> Self {
-        let at = |j: usize| window.transform((j as f64 - (REACH * fine) as f64) / fine as f64);
-        let values: Vec<f64> = (0..=2 * REACH * fine).map(at).collect();
+        let at = |j: usize| window.transform((j as f64 - (WINDOW_CELLS * fine) as f64) / fine as f64);
+        let values: Vec<f64> = (0..=2 * WINDOW_CELLS * fine).map(at).collect();
         let power = values.iter().map(|w| w * w).sum::<f64>() / fine as f64;
         Self { fine, values: values.iter().map(|w| w / power.sqrt()).collect() }
     }
 
-    /// `∫ a(ν) b(ν) dν` of functions about lines that are `apart` cells apart, the second further on.
+    /// `∫ a(ν) b(ν) dν` of functions about lines that are `apart` cells apart, the second further
+    /// on.
     fn product<A: Copy, B: Copy>(&self, a: &[A], b: &[B], apart: isize, times: impl Fn(A, B) -> c64) -> c64 {
         let shift = apart * self.fine as isize;
         let (skip_a, skip_b) = (shift.max(0) as usize, (-shift).max(0) as usize);
@@ -54,11 +56,11 @@ impl Kernel {
     }
 }
 
-/// Correlations of the normalised residuals of neighbouring lines, from the next on: of the sensors'
-/// noise the products of two transforms, of what leaks those of one transform and of `e`.
+/// Correlations of the normalised residuals of neighbouring lines, from the next on: of the
+/// sensors' noise the products of two transforms, of what leaks those of one transform and of `e`.
 pub(super) fn neighbours(lines: &ResponseLines, window: Window, at: &Evaluation, noise: &Noise) -> Vec<f64> {
     let of_neighbours = window.of_neighbours();
-    let kernel = Kernel::new(window, FINE.0 as usize);
+    let kernel = Kernel::new(window, POINTS_PER_CELL.0 as usize);
     let mut sums = vec![0.0; of_neighbours.len()];
     for (c, weights) in noise.weights.iter().enumerate() {
         let channel = OfChannel::new(lines, at, c, &noise.weights, &kernel);
@@ -88,7 +90,7 @@ pub(super) fn score_covariance(
     let n = 2 * at.poles.len();
     let cell = lines.cell();
     let narrowest = at.poles.iter().map(|pole| -pole.re / cell).fold(f64::INFINITY, f64::min);
-    let kernel = Kernel::new(window, (1.0 / narrowest).ceil().clamp(FINE.0, FINE.1) as usize);
+    let kernel = Kernel::new(window, (1.0 / narrowest).ceil().clamp(POINTS_PER_CELL.0, POINTS_PER_CELL.1) as usize);
     let channels: Vec<OfChannel> = (0..weights.len()).map(|c| OfChannel::new(lines, at, c, weights, &kernel)).collect();
     let (count, of_neighbours) = (lines.count(), window.of_neighbours());
     // e of every parameter about the last lines, newest first.
@@ -141,7 +143,7 @@ impl OfChannel {
         let q = &at.channels[channel].coefficients;
         let residues: Vec<c64> = (0..at.poles.len()).map(|k| c64::new(q[2 * k], q[2 * k + 1])).collect();
         let response = |j: usize| {
-            let cells = j as f64 / kernel.fine as f64 - REACH as f64;
+            let cells = j as f64 / kernel.fine as f64 - WINDOW_CELLS as f64;
             let s = c64::new(0.0, lines.first() + cells * lines.cell());
             let of = |(pole, r): (&c64, &c64)| r / (s - pole) + r.conj() / (s - pole.conj());
             at.poles.iter().zip(&residues).map(of).fold(c64::new(0.0, 0.0), |sum, x| sum + x)
@@ -155,7 +157,7 @@ impl OfChannel {
             lines_of(row, 2).iter().zip(weights.iter().step_by(2)).map(|(x, w)| x.conj() * *w).collect()
         };
         Self {
-            response: (0..=(lines.count() - 1 + 2 * REACH) * kernel.fine).map(response).collect(),
+            response: (0..=(lines.count() - 1 + 2 * WINDOW_CELLS) * kernel.fine).map(response).collect(),
             seen: lines_of(&seen, 2),
             slopes: at.jacobian(channel, weights).iter().map(slope).collect(),
         }
@@ -178,7 +180,8 @@ mod tests {
     use super::*;
     use crate::lag_window::{LagWindow, WINDOWS};
 
-    /// Variance of the score over the information of as much white noise, for damping and frequency.
+    /// Variance of the score over the information of as much white noise, for damping and
+    /// frequency.
     fn ratios(channels: usize) -> [f64; 2] {
         // Lines at 1 Hz … 200 Hz, a mode 20 lines wide.
         let frequency_hz: Vec<f64> = (1..=200).map(f64::from).collect();

@@ -9,8 +9,8 @@
 //!
 //! `T² = Σ_j |z_j|² / (M λ_j) / (1 + Σ_i |x_i|² / (M λ_i)) ~ p/(M − l + 1) · F(2p, 2(M − l + 1))`
 //!
-//! for the cell itself, p = l − r: z given x is a regression on x, so that the spectrum of the modes
-//! has no part in it (Hotelling 1931; Rao 1948, test of additional information; of complex
+//! for the cell itself, p = l − r: z given x is a regression on x, so that the spectrum of the
+//! modes has no part in it (Hotelling 1931; Rao 1948, test of additional information; of complex
 //! variables Goodman 1963).
 //!
 //! Fails on a line whose channels move in the shape of the mode: it has no z.
@@ -25,7 +25,7 @@ const APART: usize = 2;
 /// Neighbours per dimension: of fewer the inverse of S is mostly chance.
 const NEIGHBOURS_PER_DIMENSION: usize = 2;
 /// Eigenvalues below this part of the largest are rounding.
-const RANK_FLOOR: f64 = 1e-12;
+const ROUNDING_SHARE: f64 = 1e-12;
 
 /// Weights `w` of the channels, `wᵀ y`, in which a line `cells` from zero frequency stands above a
 /// band of ± `half_cells` with so many `modes` in it; `None` where none stands out by less than
@@ -46,7 +46,7 @@ pub(super) fn weights(spectra: &Spectra, cells: f64, half_cells: usize, modes: u
     let eigen = Mat::from_fn(l, l, element).self_adjoint_eigen(Side::Lower).ok()?;
     let value = |k: usize| eigen.S().column_vector()[l - 1 - k].re;
     let largest = neighbours.len() / NEIGHBOURS_PER_DIMENSION;
-    let dimensions = (0..l.min(largest)).take_while(|k| value(*k) > RANK_FLOOR * value(0)).count();
+    let dimensions = (0..l.min(largest)).take_while(|k| value(*k) > ROUNDING_SHARE * value(0)).count();
     if dimensions < 2 {
         return None;
     }
@@ -69,8 +69,8 @@ pub(super) fn weights(spectra: &Spectra, cells: f64, half_cells: usize, modes: u
     Some((0..l).map(of_channel).collect())
 }
 
-/// Probability that `p/b · F(2p, 2b)` exceeds `t`: `(1 + t)^(−b) Σ_{j<p} C(b + j − 1, j) (t/(1 + t))^j`
-/// (Abramowitz & Stegun 1964, 26.6.4).
+/// Probability that `p/b · F(2p, 2b)` exceeds `t`:
+/// `(1 + t)^(−b) Σ_{j<p} C(b + j − 1, j) (t/(1 + t))^j` (Abramowitz & Stegun 1964, 26.6.4).
 fn tail(t: f64, p: usize, b: usize) -> f64 {
     let ratio = t / (1.0 + t);
     let (mut term, mut sum) = (1.0, 0.0);

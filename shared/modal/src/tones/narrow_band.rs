@@ -137,8 +137,8 @@ impl NarrowBand {
         count * (0.5 * power * both).sqrt() / (line.amplitude.norm_sqr().sqrt() * spread)
     }
 
-    /// Whether a mode as fitted gains as much by so many lines with a probability below `chance`: by
-    /// the exponential tail of the gains of simulated modes where that is clear or the chance is
+    /// Whether a mode as fitted gains as much by so many lines with a probability below `chance`:
+    /// by the exponential tail of the gains of simulated modes where that is clear or the chance is
     /// rarer than modes can be simulated, by their number otherwise.
     fn is_unlikely(&self, envelope: &[c64], before: Fit, count: usize, chance: f64) -> bool {
         let gain = self.gain(envelope, before, count);
