@@ -17,6 +17,7 @@
 //! residuals the estimate has the Cramér–Rao bound. Pintelon & Schoukens 2012, ch. 9.
 
 mod deviations;
+mod leakage;
 mod lines;
 mod refinement;
 
@@ -70,9 +71,9 @@ pub struct ResponseFit {
     pub unresolved: Vec<ResponseMode>,
     /// Neighbouring lines of which the residuals are correlated; 0 where they are white.
     pub correlated_lines: usize,
-    /// The lines are those of segments under Hann windows, by the correlation of their residuals,
-    /// and the width of the window is part of the model.
-    pub hann_windows: bool,
+    /// The lines are those of segments under this window, by the correlation of their residuals, and
+    /// the width of the window is part of the model.
+    pub window: Option<&'static str>,
 }
 
 /// Modes of `responses` (one per channel over `frequency_hz`), even orders of the denominator
@@ -125,7 +126,7 @@ pub fn identify(
             (chosen, found) = (order, better);
         }
     }
-    let mut modes = deviations::modes(&found).ok_or(undetermined)?;
+    let mut modes = deviations::modes(&seen, &found).ok_or(undetermined)?;
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     let unresolved = modes.extract_if(.., |mode| !is_resolved(mode)).collect();
     Ok(ResponseFit {
@@ -135,7 +136,7 @@ pub fn identify(
         poles: all,
         synthesised: found.fit.at.channels.iter().map(|channel| lines_of(&channel.model, 2)).collect(),
         correlated_lines: found.correlations.len(),
-        hann_windows: found.fit.windowed,
+        window: found.fit.window.map(|window| window.name),
     })
 }
 
@@ -169,7 +170,7 @@ fn among_rejected(
             return None;
         }
         let found = refinement::refined(lines, &tried).filter(Refined::is_noise)?;
-        let resolved = deviations::modes(&found)?.iter().all(is_resolved);
+        let resolved = deviations::modes(lines, &found)?.iter().all(is_resolved);
         resolved.then_some((order, found))
     })
 }

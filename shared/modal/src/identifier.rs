@@ -11,7 +11,7 @@ use crate::decimation::{HalfBand, PASS_BAND};
 use crate::gram::Gram;
 use crate::mac::modal_assurance_criterion;
 use crate::pairs::PairCovariances;
-use crate::selection::{Mode, Selection, SelectionSettings, select_modes};
+use crate::selection::{Mode, Selection, SelectionSettings, Swept, select_modes};
 use crate::ssi_cov::SsiError;
 use crate::stabilisation::{RejectedPole, Rejection};
 use crate::streaming::StreamingCovariance;
@@ -171,58 +171,95 @@ impl ModalIdentifier {
     /// # Errors
     /// [`ModalError`] when no rate can be solved at all.
     pub fn identify_with_reasons(&mut self) -> Result<Selection, ModalError> {
-        self.identify_by(&self.config)
+        let wanted = Wanted { collinearities_min: &[self.config.selection.phase_collinearity_min], ..Wanted::ALL };
+        self.select(&self.config, wanted).map(|mut selections| selections.remove(0))
     }
 
-    /// As [`Self::identify_with_reasons`], by the selection of other settings.
+    /// A selection for each of the collinearities wanted, by the selection of other settings.
     ///
     /// # Errors
     /// [`ModalError`] when no rate can be solved at all.
-    pub(crate) fn identify_by(&self, config: &Config) -> Result<Selection, ModalError> {
+    pub(crate) fn select(&self, config: &Config, wanted: Wanted<'_>) -> Result<Vec<Selection>, ModalError> {
+        let rates = self.covariances.iter().enumerate().filter(|(halving, _)| wanted.has(*halving));
         let select = |(halving, covariance): (usize, &StreamingCovariance)| {
-            select_at(config, halving, &covariance.gram(), Blocks::Windows(&covariance.block_grams()))
+            let (gram, blocks) = (covariance.gram(), covariance.block_grams());
+            (halving, select_at(config, halving, (&gram, Blocks::Windows(&blocks)), wanted))
         };
-        of_all_rates(config, self.samples(), self.covariances.iter().enumerate().map(select))
+        of_all_rates(config, self.samples(), rates.map(select))
+    }
+}
+
+/// Selections that are wanted of covariances at several rates.
+#[derive(Clone, Copy)]
+pub(crate) struct Wanted<'a> {
+    /// Least phase collinearities, a selection for each.
+    pub collinearities_min: &'a [f64],
+    /// Samples of the record per sample of a rate; all rates when empty.
+    pub decimations: &'a [usize],
+}
+
+impl Wanted<'_> {
+    /// Every rate.
+    const ALL: Self = Self { collinearities_min: &[], decimations: &[] };
+
+    fn has(self, halving: usize) -> bool {
+        self.decimations.is_empty() || self.decimations.contains(&(1 << halving))
     }
 }
 
 /// Modes of a stationary record with samples missing, from the pairs that exist, at the same rates
-/// as in flight.
+/// as in flight; a selection for each of the collinearities wanted.
 ///
 /// # Errors
 /// [`ModalError`] when the pairs are too few, or no channel can be a reference.
-pub(crate) fn select_by_pairs(rates: &[PairCovariances], rows: u64, config: &Config) -> Result<Selection, ModalError> {
-    let selections =
-        rates.iter().enumerate().map(|(halving, of)| select_at(config, halving, &of.gram(), Blocks::Pairs(of)));
-    of_all_rates(config, rows, selections)
+pub(crate) fn select_by_pairs(
+    rates: &[PairCovariances],
+    rows: u64,
+    config: &Config,
+    wanted: Wanted<'_>,
+) -> Result<Vec<Selection>, ModalError> {
+    let rates = rates.iter().enumerate().filter(|(halving, _)| wanted.has(*halving));
+    let select = |(halving, of): (usize, &PairCovariances)| {
+        (halving, select_at(config, halving, (&of.gram(), Blocks::Pairs(of)), wanted))
+    };
+    of_all_rates(config, rows, rates.map(select))
 }
 
-fn select_at(config: &Config, halving: usize, gram: &Gram, blocks: Blocks<'_>) -> Result<Selection, SsiError> {
+fn select_at(
+    config: &Config,
+    halving: usize,
+    (gram, blocks): (&Gram, Blocks<'_>),
+    wanted: Wanted<'_>,
+) -> Result<Vec<Selection>, SsiError> {
     let decimation = 1usize << halving;
-    let rate_hz = config.sample_rate_hz / decimation as f64;
-    let usable_hz = rate_hz * if halving == 0 { USABLE_BAND } else { PASS_BAND };
+    let sample_rate_hz = config.sample_rate_hz / decimation as f64;
+    let usable_hz = sample_rate_hz * if halving == 0 { USABLE_BAND } else { PASS_BAND };
     let (low, high) = config.band_hz.unwrap_or((0.0, usable_hz));
-    select_modes(gram, blocks, rate_hz, (low, high.min(usable_hz)), decimation, &config.selection)
+    let swept = Swept { gram, blocks, sample_rate_hz, band_hz: (low, high.min(usable_hz)), decimation };
+    select_modes(swept, &config.selection, wanted.collinearities_min)
 }
 
 /// Full rate first.
 fn of_all_rates(
     config: &Config,
     samples: u64,
-    selections: impl Iterator<Item = Result<Selection, SsiError>>,
-) -> Result<Selection, ModalError> {
-    let mut all = Selection::default();
-    for (halving, selection) in selections.enumerate() {
-        match selection {
-            Ok(selection) => {
-                all.modes.extend(selection.modes);
-                all.rejected.extend(selection.rejected);
+    selections: impl Iterator<Item = (usize, Result<Vec<Selection>, SsiError>)>,
+) -> Result<Vec<Selection>, ModalError> {
+    let mut all: Vec<Selection> = Vec::new();
+    for (halving, of_rate) in selections {
+        match of_rate {
+            Ok(of_rate) => {
+                all.resize_with(of_rate.len(), Selection::default);
+                for (all, selection) in all.iter_mut().zip(of_rate) {
+                    all.modes.extend(selection.modes);
+                    all.rejected.extend(selection.rejected);
+                }
             }
             Err(error) if halving == 0 => return Err(modal_error(error, config, samples)),
             Err(_) => {} // a decimated record may be too short while the full rate is not
         }
     }
-    Ok(keep_best_rate(all))
+    Ok(all.into_iter().map(keep_best_rate).collect())
 }
 
 fn modal_error(error: SsiError, config: &Config, samples: u64) -> ModalError {

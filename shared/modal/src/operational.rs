@@ -6,7 +6,9 @@
 //! covariances of pairs ([`crate::pairs`]). In a stationary record tones are found and taken out
 //! ([`crate::tones`]), and the modes identified from the rest.
 
-use crate::identifier::{Config, ModalError, ModalIdentifier, select_by_pairs};
+mod beside_tones;
+
+use crate::identifier::{Config, ModalError, ModalIdentifier, Wanted, select_by_pairs};
 use crate::mac::{modal_phase_collinearity, normalised};
 use crate::onset::OnsetGate;
 use crate::pairs::{PairCovariances, covariances};
@@ -29,8 +31,6 @@ const FLOOR_RATIO: f64 = 1.5;
 /// it falls in: of a stationary record the parts hold several independent envelopes each.
 const FALL_SHARE: f64 = 0.1;
 const FAST_FALLS: usize = 3;
-/// Times that tones are sought again in what is left.
-const ROUNDS: usize = 3;
 /// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and four
 /// deviations by chance in a hundred tracks are 3e-3.
 const COMPLEX_SIGNIFICANCE: f64 = 4.0;
@@ -119,24 +119,7 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
     };
     if !transient {
         let mut search = ToneSearch::new(values, record.channels, record.sample_rate_hz);
-        for _ in 0..ROUNDS {
-            let mut taken = search.steady();
-            if taken == 0 {
-                taken = selection.modes.iter().filter(|mode| search.wandering(mode)).count();
-                let modes_hz: Vec<f64> = selection.modes.iter().map(|mode| mode.frequency_hz).collect();
-                taken += search.wandering_pairs(&selection.modes);
-                taken += search.wandering_peaks(&modes_hz);
-            }
-            if taken == 0 {
-                break;
-            }
-            selection = identified(search.rest())?;
-        }
-        search.join_side_bands();
-        let hidden = |mode: &Mode| search.tones.iter().any(|tone| hides(tone, mode));
-        for mode in selection.modes.extract_if(.., |mode| hidden(mode)) {
-            selection.rejected.push(rejected(&mode, Rejection::HiddenByTone));
-        }
+        selection = beside_tones::identified(&mut search, selection, identified)?;
         if !search.tones.is_empty() {
             found.rest = Some(search.rest().to_vec());
         }
@@ -202,11 +185,6 @@ fn is_combination(mode: &Mode, power: f64, sources: &[(f64, f64)], powers: &[f64
     })
 }
 
-/// A wandering tone leaves a remainder where it was.
-fn hides(tone: &Tone, mode: &Mode) -> bool {
-    tone.wander_hz > 0.0 && (mode.frequency_hz - tone.frequency_hz).abs() < tone.hides_hz
-}
-
 fn rejected(mode: &Mode, reason: Rejection) -> RejectedPole {
     let Mode { decimation, order, frequency_hz, damping_ratio, .. } = *mode;
     RejectedPole { decimation, order, frequency_hz, damping_ratio, reason }
@@ -249,20 +227,33 @@ impl Accumulated {
         }
     }
 
-    fn select(&self, config: &Config) -> Result<Selection, ModalError> {
+    fn select(&self, config: &Config, wanted: Wanted<'_>) -> Result<Vec<Selection>, ModalError> {
         match self {
-            Self::Pairs(rates, rows) => select_by_pairs(rates, *rows, config),
-            Self::Windows(identifier) => identifier.identify_by(config),
+            Self::Pairs(rates, rows) => select_by_pairs(rates, *rows, config, wanted),
+            Self::Windows(identifier) => identifier.select(config, wanted),
         }
     }
 }
 
-/// Modes of samples (NaN where none exists) by the evidence that they allow.
+/// Modes of a part of a record (samples, NaN where none exists) by the evidence of the whole, at
+/// the rates at which the whole has `modes`.
 ///
 /// # Errors
-/// [`ModalError`] when the record is too short or flat.
-pub fn selection(values: &[f64], evidence: Evidence, config: &Config) -> Result<Selection, ModalError> {
-    Accumulated::new(values, evidence, config).select(config)
+/// [`ModalError`] when the part is too short or flat.
+pub fn selection_like(
+    modes: &[Mode],
+    values: &[f64],
+    evidence: Evidence,
+    config: &Config,
+) -> Result<Selection, ModalError> {
+    let mut decimations: Vec<usize> = modes.iter().map(|mode| mode.decimation).collect();
+    decimations.sort_unstable();
+    decimations.dedup();
+    let Some(slowest) = decimations.last() else { return Ok(Selection::default()) };
+    let config = Config { halvings: slowest.ilog2() as usize, ..config.clone() };
+    let wanted = Wanted { collinearities_min: &[config.selection.phase_collinearity_min], decimations: &decimations };
+    let mut selections = Accumulated::new(values, evidence, &config).select(&config, wanted)?;
+    Ok(selections.pop().unwrap_or_default())
 }
 
 /// Pairs where windows would lose more than [`LOST_SHARE_MAX`] of the record.
@@ -317,12 +308,11 @@ fn is_transient(values: &[f64], channels: usize) -> bool {
 
 /// Shapes in step, and modes whose shape is complex for no delay, when they are otherwise resolved.
 fn with_complex_shapes(accumulated: &Accumulated, config: &Config, left_s: &[f64]) -> Result<Selection, ModalError> {
-    let mut selection = accumulated.select(config)?;
+    let wanted = Wanted { collinearities_min: &[config.selection.phase_collinearity_min, 0.0], decimations: &[] };
+    let mut selections = accumulated.select(config, wanted)?.into_iter();
+    let (mut selection, all) = (selections.next().unwrap_or_default(), selections.next().unwrap_or_default());
     let scattered = |pole: &RejectedPole| matches!(pole.reason, Rejection::PhaseNotCollinear { .. });
-    let mut loose = config.clone();
-    loose.selection.phase_collinearity_min = 0.0;
     if selection.rejected.iter().any(scattered) {
-        let all = accumulated.select(&loose)?;
         let known = selection.modes.clone();
         let near = |mode: &Mode, other: &Mode| {
             (mode.frequency_hz - other.frequency_hz).abs() < 2.0 * other.damping_ratio * other.frequency_hz

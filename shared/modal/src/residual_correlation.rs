@@ -5,7 +5,6 @@
 //! score of a fit, `g_p = Re Σ_k J̄_kp z_k`, has the covariance
 //! `M_pq = Re Σ_kl J̄_kp J_lq ρ_{k−l}` instead of `Jᵀ J`.
 
-use crate::lag_window::HANN_NEIGHBOURS;
 use faer::{Mat, c64};
 
 /// Most lags: a Hann window correlates two lines, fourfold zero padding eight.
@@ -37,20 +36,21 @@ pub(crate) fn correlations(residuals: &[Vec<c64>]) -> Vec<c64> {
     all
 }
 
-/// Whether these are the correlations of segments under Hann windows: that of neighbours nearer to
-/// theirs than to none, all others theirs but for chance. Channels of one record share its force,
-/// so that `lines` alone count: `|ρ̂ − ρ|²` is exponential with mean `(1 + 2 Σ ρ²)/lines`
-/// (Bartlett 1946). A smooth error of the model is common to all lags; it is taken out.
-pub(crate) fn are_of_hann_windows(rho: &[c64], lines: usize) -> bool {
-    let reach = HANN_NEIGHBOURS.len();
-    let far = rho.get(reach..).filter(|far| !far.is_empty());
+/// Whether these are the correlations of neighbours that are `expected` of windowed segments: that
+/// of next neighbours nearer to theirs than to none, all others theirs but for chance. Channels of
+/// one record share its force, so that `lines` alone count: `|ρ̂ − ρ|²` is exponential with mean
+/// `(1 + 2 Σ ρ²)/lines` (Bartlett 1946). A smooth error of the model is common to all lags; it is
+/// taken out.
+pub(crate) fn are_of_windows(rho: &[c64], expected: &[f64], lines: usize) -> bool {
+    let far = rho.get(expected.len()..).filter(|far| !far.is_empty());
     let common = far.map_or(0.0, |far| (far.iter().map(|rho| rho.re).sum::<f64>() / far.len() as f64).clamp(0.0, 0.5));
-    let spread = 1.0 + 2.0 * HANN_NEIGHBOURS.iter().map(|rho| rho * rho).sum::<f64>();
+    let spread = 1.0 + 2.0 * expected.iter().map(|rho| rho * rho).sum::<f64>();
     let chance = spread * libm::log(CORRELATION_LAGS_MAX as f64 / FALSE_CORRELATION) / lines as f64;
-    let expected = |m: usize| HANN_NEIGHBOURS.get(m).copied().unwrap_or(0.0);
+    let expected = |m: usize| expected.get(m).copied().unwrap_or(0.0);
     let own = |rho: &c64| (rho - common) / (1.0 - common);
-    rho.first().is_some_and(|rho| own(rho).re > 0.5 * expected(0))
-        && rho.iter().enumerate().skip(1).all(|(m, rho)| (own(rho) - expected(m)).norm_sqr() < chance)
+    let is = |m: usize, rho: &c64| (own(rho) - expected(m)).norm_sqr() < chance;
+    rho.first().is_some_and(|rho| own(rho).re > 0.5 * expected(0).max(chance.sqrt()) || is(0, rho))
+        && rho.iter().enumerate().skip(1).all(|(m, rho)| is(m, rho))
 }
 
 /// `1 + 2 Σ |ρ_m|`: the most that the variance of a sum over lines grows.

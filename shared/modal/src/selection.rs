@@ -98,18 +98,29 @@ pub struct Selection {
     pub rejected: Vec<RejectedPole>,
 }
 
-/// Sweeps all orders and selects the modes within `band_hz`.
+/// What is swept at one sample rate.
+#[derive(Clone, Copy)]
+pub(crate) struct Swept<'a> {
+    pub gram: &'a Gram,
+    pub blocks: Blocks<'a>,
+    pub sample_rate_hz: f64,
+    /// Frequencies sought.
+    pub band_hz: (f64, f64),
+    /// Samples of the record per sample of this rate.
+    pub decimation: usize,
+}
+
+/// Sweeps all orders and selects the modes within the band; from one sweep a selection for each of
+/// the least phase collinearities.
 ///
 /// # Errors
 /// [`SsiError`] of the factorisation; an absence of modes is not an error.
-pub fn select_modes(
-    gram: &Gram,
-    blocks: Blocks<'_>,
-    sample_rate_hz: f64,
-    band_hz: (f64, f64),
-    decimation: usize,
+pub(crate) fn select_modes(
+    swept: Swept<'_>,
     settings: &SelectionSettings,
-) -> Result<Selection, SsiError> {
+    collinearities_min: &[f64],
+) -> Result<Vec<Selection>, SsiError> {
+    let Swept { gram, blocks, sample_rate_hz, band_hz, decimation } = swept;
     let mut realisation = realise(gram, settings.order_max)?;
     let homogeneous = match blocks {
         Blocks::Windows(grams) => homogeneous(grams, &realisation),
@@ -150,38 +161,13 @@ pub fn select_modes(
         };
         selection.rejected.extend(track.poles.iter().map(|pole| rejected(pole, decimation, reason)));
     }
-    let appraisal = Appraisal { gram, blocks, realisation: &realisation, sample_rate_hz };
-    let mut resolved = Vec::new();
-    let first = |track: &Track| positions(track, complete_order.unwrap_or(0), CANDIDATES_FIRST);
-    for (track, best) in stable.iter().zip(appraisal.best(&stable, first)) {
-        let refused = |(pole, deviation): (&Pole, PoleDeviation)| {
-            let by_chance = !is_beyond_chance(deviation.coherence, pole.mode_shape.len());
-            if by_chance { Some(not_resolved(pole, deviation)) } else { refusal(pole, deviation, settings) }
-        };
-        match best.map(refused) {
-            Some(None) => resolved.push(track.clone()),
-            Some(Some(reason)) => {
-                selection.rejected.extend(track.poles.iter().map(|pole| rejected(pole, decimation, reason)));
-            }
-            None => {}
-        }
-    }
-    // Every mode found has to be part of the model a mode is reported from.
-    let order_of_all = resolved.iter().map(|track| track.poles[0].order).max().unwrap_or(0) + ORDER_MARGIN;
-    let order_min = complete_order.unwrap_or(order_of_all);
-    let count = if complete_order.is_some() { 1 } else { CANDIDATES_LAST };
-    let best = appraisal.best(&resolved, |track| positions(track, order_min, count));
-    for (track, (pole, deviation)) in resolved.iter().zip(best.into_iter().flatten()) {
-        match refusal(pole, deviation, settings) {
-            None => selection.modes.push(Mode {
-                shape_deviation: settings.shape_deviations.map_or(Vec::new(), |scale| appraisal.of_shape(pole, scale)),
-                ..mode(pole, deviation, track.poles.len(), decimation)
-            }),
-            Some(reason) => selection.rejected.push(rejected(pole, decimation, reason)),
-        }
-    }
-    selection.modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    Ok(selection)
+    let appraisal = Appraisal { gram, blocks, realisation: &realisation, sample_rate_hz, decimation, complete_order };
+    let first = appraisal.best(&stable, |track| positions(track, complete_order.unwrap_or(0), CANDIDATES_FIRST));
+    let of = |collinearity_min: &f64| {
+        let settings = SelectionSettings { phase_collinearity_min: *collinearity_min, ..*settings };
+        appraisal.select(&stable, &first, selection.clone(), &settings)
+    };
+    Ok(collinearities_min.iter().map(of).collect())
 }
 
 /// Lowest order that leaves a white residual; `None` when not even the largest does.
@@ -236,9 +222,53 @@ struct Appraisal<'a> {
     blocks: Blocks<'a>,
     realisation: &'a Realisation,
     sample_rate_hz: f64,
+    decimation: usize,
+    complete_order: Option<usize>,
 }
 
 impl Appraisal<'_> {
+    /// Modes of the `stable` tracks whose `first` poles are resolved; the reasons of the others
+    /// join those of `selection`.
+    fn select(
+        &self,
+        stable: &[Track],
+        first: &[Option<(&Pole, PoleDeviation)>],
+        mut selection: Selection,
+        settings: &SelectionSettings,
+    ) -> Selection {
+        let mut resolved = Vec::new();
+        for (track, best) in stable.iter().zip(first) {
+            let refused = |(pole, deviation): &(&Pole, PoleDeviation)| {
+                let by_chance = !is_beyond_chance(deviation.coherence, pole.mode_shape.len());
+                if by_chance { Some(not_resolved(pole, *deviation)) } else { refusal(pole, *deviation, settings) }
+            };
+            match best.as_ref().map(refused) {
+                Some(None) => resolved.push(track.clone()),
+                Some(Some(reason)) => {
+                    let of_track = track.poles.iter().map(|pole| rejected(pole, self.decimation, reason));
+                    selection.rejected.extend(of_track);
+                }
+                None => {}
+            }
+        }
+        // Every mode found has to be part of the model a mode is reported from.
+        let order_of_all = resolved.iter().map(|track| track.poles[0].order).max().unwrap_or(0) + ORDER_MARGIN;
+        let order_min = self.complete_order.unwrap_or(order_of_all);
+        let count = if self.complete_order.is_some() { 1 } else { CANDIDATES_LAST };
+        let best = self.best(&resolved, |track| positions(track, order_min, count));
+        for (track, (pole, deviation)) in resolved.iter().zip(best.into_iter().flatten()) {
+            match refusal(pole, deviation, settings) {
+                None => selection.modes.push(Mode {
+                    shape_deviation: settings.shape_deviations.map_or(Vec::new(), |scale| self.of_shape(pole, scale)),
+                    ..mode(pole, deviation, track.poles.len(), self.decimation)
+                }),
+                Some(reason) => selection.rejected.push(rejected(pole, self.decimation, reason)),
+            }
+        }
+        selection.modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        selection
+    }
+
     /// Deviations of the components of a shape; none from pairs of samples, whose covariances have
     /// no windows to propagate.
     fn of_shape(&self, pole: &Pole, scale: ShapeScale) -> Vec<c64> {

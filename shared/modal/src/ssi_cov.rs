@@ -21,7 +21,7 @@ use crate::mac::{modal_phase_collinearity, normalised};
 const RANK_FLOOR: f64 = 1e-14;
 
 /// From this size on the leading singular vectors are iterated instead of decomposing everything.
-const SUBSPACE_ROWS_MIN: usize = 700;
+const SUBSPACE_ROWS_MIN: usize = 450;
 /// Vectors iterated beyond the largest order.
 const SUBSPACE_SPARE: usize = 20;
 /// Each pass reduces the error by the square of the ratio of singular values: a state ten times

@@ -5,20 +5,26 @@
 //! `constant_envelope` on lines that wander. A tone is taken out by least squares on the samples
 //! that exist: a steady one as a sinusoid, a wandering one along the phase of its envelope.
 //!
+//! On a mode `beside_modes` takes the mode out first: by weights of the channels in which its shape
+//! has no part.
+//!
 //! Assumes a stationary record: the envelope of a free decay is deterministic, too. Fails on a mode
 //! whose envelope changes fewer than three times within the record, which is a line to it, and on a
-//! line below a tenth of the power of the mode in its band.
+//! line in the shape of the mode it lies on that is below a tenth of its power.
 
 mod baseband;
+mod beside_modes;
 mod constant_envelope;
 mod fourier;
 mod narrow_band;
+mod spectra;
 
-use baseband::{Samples, hann};
+use baseband::{Present, Samples};
 use core::f64::consts::TAU;
 use faer::c64;
-use fourier::{transform, turn};
-use narrow_band::{HALF_CELLS, HALF_CELLS_MIN, NarrowBand};
+use fourier::turn;
+use narrow_band::{HALF_CELLS, HALF_CELLS_MIN, LINE_CHANCE, NarrowBand};
+use spectra::Spectra;
 
 use crate::mac::modal_assurance_criterion;
 use crate::selection::Mode;
@@ -31,6 +37,8 @@ const CANDIDATE_RATIO: f64 = 10.0;
 const NEIGHBOURS: std::ops::RangeInclusive<usize> = 3..=10;
 /// Candidates examined at most, the highest first.
 const CANDIDATES_MAX: usize = 40;
+/// Probability that a record without lines has one on a mode, in the shapes beside that of the mode.
+const LINE_ON_MODE_CHANCE: f64 = 1e-3;
 /// Distance of lines that the record does not resolve: the width of the Hann window's peak.
 const REMAINDER_CELLS: f64 = 2.0;
 /// Lines of one shape this near to each other, relative to their frequency, and as many of them are
@@ -88,21 +96,23 @@ impl ToneSearch {
         &self.samples.values
     }
 
-    /// Finds steady tones and takes them out; how many.
-    pub fn steady(&mut self) -> usize {
+    /// Finds steady tones and takes them out; how many. `modes_hz` are those that are known.
+    pub fn steady(&mut self, modes_hz: &[f64]) -> usize {
         let before = self.tones.len();
         let mut band: Option<(usize, NarrowBand)> = None;
         while self.tones.len() < TONES_MAX {
-            let Some((frequency_hz, lines)) = self.next_lines(&mut band) else { break };
+            let Some((frequency_hz, lines)) = self.next_lines(modes_hz, &mut band) else { break };
             self.take_out(frequency_hz, &lines);
         }
         self.tones.len() - before
     }
 
     /// The highest candidate that is no mode, and its lines \[Hz\].
-    fn next_lines(&mut self, band: &mut Option<(usize, NarrowBand)>) -> Option<(f64, Vec<f64>)> {
-        let cell_hz = 1.0 / self.samples.duration_s();
-        for frequency_hz in self.candidates() {
+    fn next_lines(&mut self, modes_hz: &[f64], band: &mut Option<(usize, NarrowBand)>) -> Option<(f64, Vec<f64>)> {
+        let duration_s = self.samples.duration_s();
+        let cell_hz = 1.0 / duration_s;
+        let spectra = Spectra::new(&self.samples);
+        for frequency_hz in self.candidates(&spectra) {
             if self.refused_hz.iter().any(|refused| (refused - frequency_hz).abs() < cell_hz) {
                 continue;
             }
@@ -114,8 +124,18 @@ impl ToneSearch {
                 *band = Some((half_cells, NarrowBand::new(half_cells)));
             }
             let (_, band) = band.as_ref()?;
-            let envelope = self.samples.envelope(&self.samples.weights(frequency_hz), frequency_hz, half_cells);
-            match band.lines(&envelope) {
+            let in_band = |f: &&f64| (*f - frequency_hz).abs() < half_cells as f64 * cell_hz;
+            let modes = modes_hz.iter().filter(in_band).count();
+            // A line may be in any cell; the weights make the most of what is in this one, so that
+            // the same holds of the test against a mode that they leave.
+            let chance = LINE_ON_MODE_CHANCE / (0.5 * self.samples.rows() as f64);
+            let beside = beside_modes::weights(&spectra, frequency_hz * duration_s, half_cells, modes, chance)
+                .and_then(|w| band.lines(&self.samples.envelope(&w, frequency_hz, half_cells, Present::All), chance));
+            let lines = beside.or_else(|| {
+                let weights = self.samples.weights(frequency_hz);
+                band.lines(&self.samples.envelope(&weights, frequency_hz, half_cells, Present::Any), LINE_CHANCE)
+            });
+            match lines {
                 Some(lines) => {
                     return Some((frequency_hz, lines.iter().map(|l| frequency_hz + l.cells * cell_hz).collect()));
                 }
@@ -134,12 +154,11 @@ impl ToneSearch {
     }
 
     /// Peaks of the periodogram by their height above the neighbourhood.
-    fn candidates(&self) -> Vec<f64> {
-        let rows = self.samples.rows();
-        if rows < 64 {
+    fn candidates(&self, spectra: &Spectra) -> Vec<f64> {
+        if self.samples.rows() < 64 {
             return Vec::new();
         }
-        let (power, per_cell) = self.periodogram();
+        let (power, per_cell) = (spectra.power(&self.samples.variances()), spectra.per_cell());
         let reach = |cells: usize| (cells as f64 * per_cell) as usize;
         let far = reach(*NEIGHBOURS.end());
         let mut found: Vec<(f64, f64)> = Vec::new();
@@ -159,32 +178,6 @@ impl ToneSearch {
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         found.truncate(CANDIDATES_MAX);
         found.into_iter().map(|(_, frequency_hz)| frequency_hz).collect()
-    }
-
-    /// Sum over the channels, each in units of its variance, behind a Hann window; and its values
-    /// per cell.
-    fn periodogram(&self) -> (Vec<f64>, f64) {
-        let (rows, l) = (self.samples.rows(), self.samples.channels);
-        let length = (2 * rows).next_power_of_two();
-        let scale: Vec<f64> = self.samples.variances().iter().map(|v| if *v > 0.0 { 1.0 / v } else { 0.0 }).collect();
-        let mut power = vec![0.0; length / 2];
-        let mut x = vec![c64::new(0.0, 0.0); length];
-        // Two real channels per transform.
-        for pair in (0..l).step_by(2) {
-            x.fill(c64::new(0.0, 0.0));
-            for (t, row) in self.samples.values.chunks_exact(l).enumerate() {
-                let w = hann(t, rows);
-                let value = |c: usize| row.get(c).filter(|y| y.is_finite() && c < l).map_or(0.0, |y| w * y);
-                x[t] = c64::new(value(pair), value(pair + 1));
-            }
-            transform(&mut x);
-            for k in 1..length / 2 {
-                let (a, b) = (x[k], x[length - k].conj());
-                power[k] += 0.25 * (a + b).norm_sqr() * scale[pair];
-                power[k] += 0.25 * (a - b).norm_sqr() * scale.get(pair + 1).copied().unwrap_or(0.0);
-            }
-        }
-        (power, length as f64 / rows as f64)
     }
 
     /// Takes lines out together, as sinusoids of the samples that exist.
@@ -281,7 +274,7 @@ impl ToneSearch {
         let variances = self.samples.variances();
         let of = |(psi, variance): (&c64, &f64)| if *variance > 0.0 { psi.conj() / *variance } else { *psi * 0.0 };
         let weights: Vec<c64> = mode.mode_shape.iter().zip(&variances).map(of).collect();
-        let envelope = self.samples.envelope(&weights, mode.frequency_hz, half_cells);
+        let envelope = self.samples.envelope(&weights, mode.frequency_hz, half_cells, Present::Any);
         let found = constant_envelope::is_constant(&envelope, cells, sigma);
         if found {
             self.take_out_along(mode.frequency_hz, &envelope);
@@ -308,8 +301,9 @@ impl ToneSearch {
     /// `modes_hz` with an envelope more constant than that of a mode as wide. How many were taken
     /// out.
     pub fn wandering_peaks(&mut self, modes_hz: &[f64]) -> usize {
-        let (power, per_cell) = self.periodogram();
-        let per_hz = per_cell * self.samples.duration_s();
+        let spectra = Spectra::new(&self.samples);
+        let power = spectra.power(&self.samples.variances());
+        let per_hz = spectra.per_cell() * self.samples.duration_s();
         let mut sums = vec![0.0];
         power.iter().for_each(|p| sums.push(sums[sums.len() - 1] + p));
         let mean = |from: f64, to: f64| {
@@ -343,7 +337,8 @@ impl ToneSearch {
         let Some(half_cells) = self.wide_band(frequency_hz, 2.0 * WANDER_SHARE * frequency_hz * duration_s) else {
             return false;
         };
-        let envelope = self.samples.envelope(&self.samples.weights(frequency_hz), frequency_hz, half_cells);
+        let weights = self.samples.weights(frequency_hz);
+        let envelope = self.samples.envelope(&weights, frequency_hz, half_cells, Present::Any);
         let cells = constant_envelope::half_width(&envelope);
         let found = constant_envelope::is_constant(&envelope, cells, 0.3 * cells);
         if found {
@@ -420,7 +415,7 @@ pub(crate) fn powers(values: &[f64], channels: usize, rate_hz: f64, of: &[(f64, 
         let half_cells = ((2.0 * damping_ratio * frequency_hz * samples.duration_s()) as usize).max(1);
         let of_channel = |c: usize| {
             let alone: Vec<c64> = (0..channels).map(|k| c64::new(f64::from(u8::from(k == c)), 0.0)).collect();
-            let envelope = samples.envelope(&alone, *frequency_hz, half_cells);
+            let envelope = samples.envelope(&alone, *frequency_hz, half_cells, Present::Any);
             envelope.iter().map(c64::norm_sqr).sum::<f64>() / envelope.len() as f64
         };
         (0..channels).map(of_channel).sum()

@@ -20,14 +20,16 @@
 //! Otherwise `ρ_e` is sampled.
 //!
 //! On a record with enough blocks the spread of `q H_b r` over the blocks gives a second,
-//! assumption-free estimate that also sees non-stationary excitation; the larger of the two is
-//! reported.
+//! assumption-free estimate that also sees non-stationary excitation. It is reported where it is
+//! larger by more than chance: over B blocks of a stationary record its square is χ² of B − 1
+//! degrees of freedom.
 //!
 //! Fails (too small) when an unmodelled mode biases the pole; too few blocks give no second
 //! estimate.
 
 use faer::{Accum, Mat, Par, c64};
 
+use crate::adequacy::chi_square_tail;
 use crate::gram::Gram;
 use crate::pairs::PairCovariances;
 use crate::ssi_cov::{Pole, Realisation};
@@ -36,6 +38,10 @@ use crate::ssi_cov::{Pole, Realisation};
 /// times that of white noise, 1/Nc: with only 40 independent lags (one channel) the ratio scatters
 /// by 0.22, so that 2 is more than four standard deviations.
 const WHITENESS_RATIO_MAX: f64 = 2.0;
+/// Probability that the spread over the blocks of a stationary record is reported. The larger of
+/// both would be wider than the truth by `0.4 (2 (B − 1))^(−1/2)` on average, 6 % at 24 blocks.
+const SPREAD_CHANCE: f64 = 0.01;
+
 /// Standard deviations of one pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleDeviation {
@@ -133,12 +139,23 @@ pub fn pole_deviations(
             deviation.complete = residuals[index].is_white();
             if let Some(spread) = &spread {
                 let other = self::deviation(pole, spread[index], sample_rate_hz);
-                deviation.sigma_frequency_hz = deviation.sigma_frequency_hz.max(other.sigma_frequency_hz);
-                deviation.sigma_damping = deviation.sigma_damping.max(other.sigma_damping);
+                let degrees = (block_grams.len() - 1) as f64;
+                deviation.sigma_frequency_hz =
+                    unless_chance(deviation.sigma_frequency_hz, other.sigma_frequency_hz, degrees);
+                deviation.sigma_damping = unless_chance(deviation.sigma_damping, other.sigma_damping, degrees);
             }
             deviation
         })
         .collect()
+}
+
+/// The `spread` where a stationary record with the deviation `sampled` has one as large less often
+/// than [`SPREAD_CHANCE`].
+fn unless_chance(sampled: f64, spread: f64, degrees: f64) -> f64 {
+    let ratio = spread / sampled;
+    // Written so that a ratio that is not finite takes the spread.
+    let is_chance = chi_square_tail(degrees * ratio * ratio, degrees) >= SPREAD_CHANCE;
+    if is_chance { sampled } else { spread.max(sampled) }
 }
 
 /// `δμ = fs δz / z`, `δω = Re(μ̄ δμ)/ω`, `δζ = −Re(δμ)/ω − ζ δω/ω`: real parts of fixed multiples

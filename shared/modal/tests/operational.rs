@@ -97,6 +97,22 @@ fn a_tone_is_no_mode_and_a_mode_is_no_tone() {
 }
 
 #[test]
+fn a_tone_of_the_rms_of_a_mode_that_it_lies_on_is_named_and_the_mode_stays() {
+    for (seed, tone_hz) in [(26, 1.5), (27, 1.507), (28, 1.495), (29, 4.5), (30, 4.46)] {
+        let mut values = motion(seed, 12_000);
+        for (t, row) in values.chunks_exact_mut(3).enumerate() {
+            let tone = std::f64::consts::SQRT_2 * (TAU * tone_hz * t as f64 / RATE_HZ + 0.7).sin();
+            (0..3).for_each(|c| row[c] += [0.9, -0.5, 0.6][c] * tone);
+        }
+        let found = found(values, &[]);
+        assert_both(&found.modes);
+        assert_eq!(found.tones.len(), 1, "{tone_hz}: {:?}", found.tones);
+        // A hundredth of a cell.
+        assert!((found.tones[0].frequency_hz - tone_hz).abs() < 0.01 / 240.0, "{tone_hz}: {:?}", found.tones);
+    }
+}
+
+#[test]
 fn a_free_decay_is_no_tone() {
     let mut noise = Noise::new(24);
     let decay = |t: usize| (-0.02 * TAU * t as f64 / RATE_HZ).exp() * (TAU * 5.0 * t as f64 / RATE_HZ).sin();

@@ -12,6 +12,8 @@ pub(super) enum Nature {
         complex: bool,
         /// Frequencies that would show at the same place, where the record was read below its rate.
         folded: Vec<f64>,
+        /// Tones within its half-power band, which were taken out.
+        tones_hz: Vec<f64>,
     },
     Tone {
         wander_hz: f64,
@@ -38,6 +40,7 @@ impl AsItIs {
             Some(Nature::Tone { .. }) => "tone",
             Some(Nature::Mode { complex: true, .. }) => "mode, complex shape",
             Some(Nature::Mode { folded, .. }) if !folded.is_empty() => "mode, may be folded",
+            Some(Nature::Mode { tones_hz, .. }) if !tones_hz.is_empty() => "mode, under a tone",
             _ => "mode",
         }
     }
@@ -47,9 +50,10 @@ impl AsItIs {
         object["nature"] = json!(self.nature(k));
         match self.natures.get(k) {
             Some(Nature::Tone { wander_hz }) => object["wander_hz"] = json!(wander_hz),
-            Some(Nature::Mode { complex, folded }) => {
+            Some(Nature::Mode { complex, folded, tones_hz }) => {
                 object["complex_shape"] = json!(complex);
                 object["may_be_folded_from_hz"] = json!(folded);
+                object["tones_on_it_hz"] = json!(tones_hz);
             }
             None => {}
         }
@@ -64,7 +68,11 @@ impl AsItIs {
     pub fn lines(&self, frequencies_hz: &[f64]) -> Vec<String> {
         let mut lines: Vec<(String, String, Vec<&str>)> = Vec::new();
         for t in &self.treatments {
-            let what = if t.check == "tone" { format!("{:.4} Hz", t.value) } else { t.check.replace('_', " ") };
+            let what = if matches!(t.check, "tone" | "hidden") {
+                format!("{:.4} Hz", t.value)
+            } else {
+                t.check.replace('_', " ")
+            };
             match lines.iter_mut().find(|(check, did, _)| *check == what && *did == t.did) {
                 Some((_, _, channels)) => channels.push(&t.channel),
                 None => lines.push((what, t.did.clone(), vec![&t.channel])),

@@ -85,12 +85,11 @@ pub(crate) fn identified(spectra: &[Spectrum], orders: RangeInclusive<usize>) ->
 
 /// What the residual says of the lines.
 fn said(fit: &ResponseFit) -> Option<String> {
-    if fit.hann_windows {
-        return Some(
-            "the residuals of neighbouring lines are correlated as Hann windows make them: the width of the window \
-             and its leakage are part of the model"
-                .into(),
-        );
+    if let Some(window) = fit.window {
+        return Some(format!(
+            "the residuals of neighbouring lines are correlated as {window} windows make them: the width of the \
+             window and its leakage are part of the model"
+        ));
     }
     (fit.correlated_lines > 0).then(|| {
         format!(

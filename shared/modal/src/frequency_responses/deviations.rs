@@ -1,27 +1,31 @@
 //! Standard deviations of poles and shapes at the optimum.
 //!
-//! Poles: `F⁻¹ M F⁻¹`, F the Fisher information and M the covariance of its score
-//! ([`crate::residual_correlation`]), nowhere below `F⁻¹`; where the residual is not noise alone, M
-//! is also that of the scores of the lines (White 1982), the larger of the two. Shapes: a residue
+//! Poles: `F⁻¹ M F⁻¹`, F the Fisher information and M the covariance of its score. Of windowed
+//! segments M has two parts: the sensors' noise, correlated as the window makes it, and what leaks
+//! ([`super::leakage`]). Of other correlated residuals M is that of their correlation
+//! ([`crate::residual_correlation`]) and, where the residual is not noise alone, that of the scores
+//! of the lines (White 1982), the larger of the two and nowhere below `F⁻¹`. Shapes: a residue
 //! moves with the noise through the linear columns and with the poles,
 //! `δr = Φ⁺ e − Φ⁺ (∂Φ/∂λ r) δλ`, the two independent; a component `ψ = r/r_max` by
 //! `δψ = (δr − ψ δr_max)/r_max`. What the fit misses of the optimum is an error of the model, and
 //! its square beside the variance.
 
-use super::ResponseMode;
+use super::lines::ResponseLines;
 use super::refinement::{Fit, Refined};
+use super::{ResponseMode, leakage};
+use crate::lag_window::Window;
 use crate::maximum_likelihood::information::inverse;
 use crate::residual_correlation::{inflation, lines_of, score_covariance, score_scatter};
 use crate::separable::{deviations, frequency_and_damping, sandwich};
-use faer::{Mat, c64};
+use faer::{Mat, Scale, c64};
 
 /// Modes of a fit, in the order of its poles.
-pub(super) fn modes(found: &Refined) -> Option<Vec<ResponseMode>> {
+pub(super) fn modes(lines: &ResponseLines, found: &Refined) -> Option<Vec<ResponseMode>> {
     let at = &found.fit.at;
     if at.poles.is_empty() {
         return Some(Vec::new());
     }
-    let covariance = covariance(found)?;
+    let covariance = covariance(lines, found)?;
     let residues = Residues::new(&found.fit, inflation(&found.correlations));
     let mode = |k: usize| {
         let block = [
@@ -33,15 +37,18 @@ pub(super) fn modes(found: &Refined) -> Option<Vec<ResponseMode>> {
         let (mode_shape, shape_sd) = residues.shape(k, &covariance);
         ResponseMode { pole: at.poles[k], frequency_hz, damping_ratio, frequency_sd, damping_sd, mode_shape, shape_sd }
     };
-    Some((0..at.poles.len()).map(mode).collect())
+    // A mode above the lines is part of the model, and not measured.
+    Some((0..at.poles.len()).filter(|k| at.poles[*k].im <= lines.last()).map(mode).collect())
 }
 
 /// Of (Re λ₁, Im λ₁, …), with what the model misses.
-fn covariance(found: &Refined) -> Option<Mat<f64>> {
+fn covariance(lines: &ResponseLines, found: &Refined) -> Option<Mat<f64>> {
     let fit = &found.fit;
-    let information = fit.at.information(&fit.weights).0;
+    let information = fit.at.information(&fit.noise.weights).0;
     let mut covariance = inverse(&information)?;
-    if !found.correlations.is_empty() {
+    if let Some(window) = fit.window {
+        covariance = sandwich(&information, &of_windows(lines, fit, window))?;
+    } else if !found.correlations.is_empty() {
         let (by_correlation, by_lines) = scores(found);
         covariance = at_least(&sandwich(&information, &by_correlation)?, &covariance);
         if !found.is_noise() {
@@ -54,13 +61,30 @@ fn covariance(found: &Refined) -> Option<Mat<f64>> {
     Some(covariance)
 }
 
+/// Covariance of the score of lines of windowed segments.
+fn of_windows(lines: &ResponseLines, fit: &Fit, window: Window) -> Mat<f64> {
+    let of_leakage = leakage::score_covariance(lines, window, &fit.at, &fit.noise.weights);
+    let mut sum = of_leakage * Scale(fit.noise.proportion);
+    // Products of two transforms.
+    let neighbours: Vec<c64> = window.of_neighbours()[1..].iter().map(|rho| c64::new(rho * rho, 0.0)).collect();
+    for (channel, weights) in fit.noise.weights.iter().enumerate() {
+        let share = |row: usize| fit.noise.floors[channel].sqrt() * weights[2 * row];
+        let of_noise = |row: &Vec<f64>| -> Vec<c64> {
+            lines_of(row, 2).iter().enumerate().map(|(line, x)| x * share(line)).collect()
+        };
+        let jacobian: Vec<Vec<c64>> = fit.at.jacobian(channel, weights).iter().map(of_noise).collect();
+        sum += score_covariance(&jacobian, &neighbours);
+    }
+    sum
+}
+
 /// Covariances of the score: by the correlation of all residuals, and by the lines' own scores.
 fn scores(found: &Refined) -> (Mat<f64>, Mat<f64>) {
     let fit = &found.fit;
     let n = 2 * fit.at.poles.len();
     let mut by_correlation = Mat::<f64>::zeros(n, n);
     let mut of_lines: Vec<Vec<f64>> = vec![Vec::new(); n];
-    for (channel, weights) in fit.weights.iter().enumerate() {
+    for (channel, weights) in fit.noise.weights.iter().enumerate() {
         let jacobian = fit.at.jacobian(channel, weights);
         let residual = &fit.at.channels[channel].residual;
         for (sums, slope) in of_lines.iter_mut().zip(&jacobian) {
@@ -109,7 +133,7 @@ impl Residues {
                     .map(|k| [2 * k, 2 * k + 1].map(|a| [product(a, 2 * k), product(a, 2 * k + 1)]))
                     .collect::<Vec<_>>(),
             );
-            let slopes = fit.at.slopes(c, &fit.weights[c]).into_iter().map(|mut slope| {
+            let slopes = fit.at.slopes(c, &fit.noise.weights[c]).into_iter().map(|mut slope| {
                 let parts = channel.basis.project_out(&mut slope);
                 channel.basis.coefficients(parts).into_iter().map(|x| -x).collect::<Vec<f64>>()
             });

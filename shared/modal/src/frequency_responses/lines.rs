@@ -24,6 +24,17 @@ const FLOOR_SHARE: f64 = 1e-4;
 /// Least part of a line's freedom that its residual is read for.
 const FREEDOM_MIN: f64 = 0.1;
 
+/// Variances `a_c + b x` of the rows, x the square of the model or what leaks into the line.
+#[derive(Clone)]
+pub(super) struct Noise {
+    /// 1/σ of every row of every channel.
+    pub weights: Vec<Vec<f64>>,
+    /// a of every channel.
+    pub floors: Vec<f64>,
+    /// b.
+    pub proportion: f64,
+}
+
 #[derive(Clone)]
 pub(super) struct ResponseLines {
     omega: Vec<f64>,
@@ -50,6 +61,26 @@ impl ResponseLines {
         self.omega.len()
     }
 
+    /// First line [rad/s].
+    pub fn first(&self) -> f64 {
+        self.omega[0]
+    }
+
+    /// Last line [rad/s].
+    pub fn last(&self) -> f64 {
+        self.omega[self.omega.len() - 1]
+    }
+
+    /// What so many unknowns have to gain in twice the log-likelihood (Schwarz 1978).
+    pub fn price(&self, unknowns: usize) -> f64 {
+        unknowns as f64 * libm::log((2 * self.omega.len() * self.outputs.len()) as f64)
+    }
+
+    /// Distance of lines [rad/s].
+    pub fn cell(&self) -> f64 {
+        core::f64::consts::TAU / self.segment_s()
+    }
+
     /// Duration of segments that have these lines \[s\].
     pub fn segment_s(&self) -> f64 {
         let last = self.omega.len() - 1;
@@ -65,13 +96,12 @@ impl ResponseLines {
         Self { window, ..self }
     }
 
-    /// Weights that make every channel's mean square one.
-    pub fn first_weights(&self) -> Vec<Vec<f64>> {
-        let of_channel = |y: &Vec<f64>| {
-            let mean = y.iter().map(|x| x * x).sum::<f64>() / y.len() as f64;
-            vec![1.0 / mean.max(f64::MIN_POSITIVE).sqrt(); y.len()]
-        };
-        self.outputs.iter().map(of_channel).collect()
+    /// Noise that makes every channel's mean square one.
+    pub fn first_noise(&self) -> Noise {
+        let mean = |y: &Vec<f64>| (y.iter().map(|x| x * x).sum::<f64>() / y.len() as f64).max(f64::MIN_POSITIVE);
+        let floors: Vec<f64> = self.outputs.iter().map(mean).collect();
+        let weights = self.outputs.iter().zip(&floors).map(|(y, floor)| vec![1.0 / floor.sqrt(); y.len()]).collect();
+        Noise { weights, floors, proportion: 0.0 }
     }
 
     /// Variance that leakage gives to a response measured under random force, in shares of one
@@ -204,8 +234,8 @@ impl ResponseLines {
         columns
     }
 
-    /// 1/σ of every row of every channel from the residuals of a fit with the weights `held`.
-    pub fn weights(&self, at: &Evaluation, held: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// The noise that the residuals of a fit with the weights `held` show.
+    pub fn noise(&self, at: &Evaluation, held: &[Vec<f64>]) -> Noise {
         let leverages = leverages(at, held);
         let squares: Vec<_> = (0..held.len()).map(|c| self.squares(at, c, &held[c], &leverages[c])).collect();
         let plain = floors(&squares, false);
@@ -222,7 +252,7 @@ impl ResponseLines {
             };
             squares[c].iter().flat_map(weight).collect()
         };
-        (0..held.len()).map(of_channel).collect()
+        Noise { weights: (0..held.len()).map(of_channel).collect(), floors: noise.0, proportion: noise.1 }
     }
 
     /// Of the normalised residuals of neighbouring lines.

@@ -7,9 +7,10 @@
 //! residuals are correlated for no window, the model is not exact either: what it is wrong by
 //! depends on the weights, and the distance from the fraction's poles shows it.
 
-use super::lines::ResponseLines;
-use crate::lag_window::LagWindow;
-use crate::residual_correlation::are_of_hann_windows;
+use super::leakage;
+use super::lines::{Noise, ResponseLines};
+use crate::lag_window::{LagWindow, WINDOWS, Window};
+use crate::residual_correlation::are_of_windows;
 use crate::separable::{Evaluation, search};
 use faer::c64;
 
@@ -19,17 +20,22 @@ const ROUNDS_MAX: usize = 12;
 const ROUNDS_OF_A_TRIAL: usize = 2;
 /// Correlation of the residual that poles tried may leave, relative to that of the poles accepted.
 const WORTH_REFINING: f64 = 0.5;
+/// Frequencies of a mode above the lines, relative to the last line, from which it is sought: what
+/// one beyond the last leaves within the lines the powers of s hold to (1/2)⁶.
+const RATIOS_ABOVE: [f64; 3] = [1.1, 1.4, 1.8];
+/// Damping ratio from which it is sought.
+const DAMPING_ABOVE: f64 = 0.01;
 /// Relative change of a weight at which the rounds end.
 const STEP_SETTLED: f64 = 1e-2;
 
 /// A fit, the weights that its own residuals give, and what its poles miss of least squares.
 pub(super) struct Fit {
     pub at: Evaluation,
-    pub weights: Vec<Vec<f64>>,
+    pub noise: Noise,
     /// Of (Re λ₁, Im λ₁, …): from the poles to the optimum of the linearised problem; zero at it.
     pub model_error: Vec<f64>,
-    /// Seen through the window of segments.
-    pub windowed: bool,
+    /// The window of segments that the lines are seen through.
+    pub window: Option<Window>,
     /// The poles are those of the fraction.
     held: bool,
 }
@@ -37,7 +43,7 @@ pub(super) struct Fit {
 impl Fit {
     /// Twice the negative log-likelihood of normal residuals, up to a constant.
     fn cost(&self) -> f64 {
-        self.at.squares - 2.0 * self.weights.iter().flatten().map(|w| libm::log(*w)).sum::<f64>()
+        self.at.squares - 2.0 * self.noise.weights.iter().flatten().map(|w| libm::log(*w)).sum::<f64>()
     }
 }
 
@@ -67,7 +73,7 @@ impl Refined {
 
     /// The residual is noise alone: white, or as windows make it.
     pub fn is_noise(&self) -> bool {
-        self.correlations.is_empty() || self.fit.windowed
+        self.correlations.is_empty() || self.fit.window.is_some()
     }
 }
 
@@ -75,15 +81,21 @@ impl Refined {
 /// poles.
 pub(super) fn refined(lines: &ResponseLines, poles: &[c64]) -> Option<Refined> {
     let own = |fit: &Fit| is_near(&fit.at.poles, poles);
-    let mut plain = Refined::new(lines, settled(lines, poles).filter(own).or_else(|| held(lines, poles, ROUNDS_MAX))?);
+    let plain = Refined::new(lines, settled(lines, poles).filter(own).or_else(|| held(lines, poles, ROUNDS_MAX))?);
+    let mut plain = with_mode_above(lines, plain);
     if plain.correlations.is_empty() {
         return Some(plain);
     }
     // What the model lacks correlates residuals, too, but not as a window does.
-    let seen = lines.clone().seen_through(LagWindow::Hann(lines.segment_s()));
-    if let Some(windowed) = settled(&seen, &plain.fit.at.poles).filter(|fit| fit.cost() < plain.fit.cost()) {
-        let windowed = Refined::new(&seen, Fit { windowed: true, ..windowed });
-        if are_of_hann_windows(&windowed.correlations, seen.count()) {
+    for window in WINDOWS {
+        let seen = lines.clone().seen_through(LagWindow::of(window, lines.segment_s()));
+        let better = settled(&seen, &plain.fit.at.poles).filter(|fit| fit.cost() < plain.fit.cost());
+        let Some(windowed) = better.map(|fit| Refined::new(&seen, Fit { window: Some(window), ..fit })) else {
+            continue;
+        };
+        let windowed = with_mode_above(&seen, windowed);
+        let expected = leakage::neighbours(&seen, window, &windowed.fit.at, &windowed.fit.noise);
+        if are_of_windows(&windowed.correlations, &expected, seen.count()) {
             return Some(windowed);
         }
     }
@@ -94,6 +106,29 @@ pub(super) fn refined(lines: &ResponseLines, poles: &[c64]) -> Option<Refined> {
     Some(plain)
 }
 
+/// The fit with a mode above the lines beside those of `found`, where the residual is correlated
+/// over more lines than the window makes it and the mode pays for its unknowns.
+fn with_mode_above(lines: &ResponseLines, found: Refined) -> Refined {
+    let reach = found.fit.window.map_or(0, |window| window.of_neighbours().len() - 1);
+    if found.correlations.len() <= reach || found.fit.held {
+        return found;
+    }
+    let (poles, last) = (&found.fit.at.poles, lines.last());
+    let price = lines.price(2 + 2 * lines.outputs().len());
+    let of_ratio = |ratio: f64| {
+        let above = c64::new(-DAMPING_ABOVE, 1.0) * (ratio * last);
+        let start: Vec<c64> = poles.iter().copied().chain([above]).collect();
+        let fit = settled(lines, &start)?;
+        let stays = is_near(&fit.at.poles[..poles.len()], poles) && fit.at.poles[poles.len()].im > last;
+        (stays && fit.cost() + price < found.fit.cost()).then_some(fit)
+    };
+    let best = RATIOS_ABOVE.into_iter().filter_map(of_ratio).min_by(|a, b| a.cost().total_cmp(&b.cost()));
+    match best {
+        Some(fit) => Refined::new(lines, Fit { window: found.fit.window, ..fit }),
+        None => found,
+    }
+}
+
 /// Every pole within the half-power band of the one it was.
 fn is_near(found: &[c64], started: &[c64]) -> bool {
     found.iter().zip(started).all(|(a, b)| (a - b).norm_sqr().sqrt() < -b.re)
@@ -102,38 +137,38 @@ fn is_near(found: &[c64], started: &[c64]) -> bool {
 /// Poles and weights in turn until the weights are those of the residuals.
 fn settled(lines: &ResponseLines, poles: &[c64]) -> Option<Fit> {
     let columns = |poles: &[c64]| lines.columns(poles);
-    let mut weights = lines.first_weights();
-    let mut at = search(&columns, poles, lines.outputs(), &weights)?;
+    let mut noise = lines.first_noise();
+    let mut at = search(&columns, poles, lines.outputs(), &noise.weights)?;
     for _ in 0..ROUNDS_MAX {
-        let next = lines.weights(&at, &weights);
-        let change = changed(&next, &weights);
-        weights = next;
-        at = search(&columns, &at.poles.clone(), lines.outputs(), &weights)?;
+        let next = lines.noise(&at, &noise.weights);
+        let change = changed(&next.weights, &noise.weights);
+        noise = next;
+        at = search(&columns, &at.poles.clone(), lines.outputs(), &noise.weights)?;
         if change < STEP_SETTLED {
             break;
         }
     }
     let model_error = vec![0.0; 2 * at.poles.len()];
-    Some(Fit { at, weights, model_error, windowed: false, held: false })
+    Some(Fit { at, noise, model_error, window: None, held: false })
 }
 
 /// The poles as they are, the weights those of the residuals.
 fn held(lines: &ResponseLines, poles: &[c64], rounds: usize) -> Option<Fit> {
     let evaluate = |weights: &[Vec<f64>]| Evaluation::new(lines.columns(poles), poles, lines.outputs(), weights);
-    let mut weights = lines.first_weights();
-    let mut at = evaluate(&weights);
+    let mut noise = lines.first_noise();
+    let mut at = evaluate(&noise.weights);
     for _ in 0..rounds {
-        let next = lines.weights(&at, &weights);
-        let change = changed(&next, &weights);
-        weights = next;
-        at = evaluate(&weights);
+        let next = lines.noise(&at, &noise.weights);
+        let change = changed(&next.weights, &noise.weights);
+        noise = next;
+        at = evaluate(&noise.weights);
         if change < STEP_SETTLED {
             break;
         }
     }
-    let (information, score) = at.information(&weights);
+    let (information, score) = at.information(&noise.weights);
     let model_error = crate::maximum_likelihood::solve(&information, &score, 0.0)?;
-    Some(Fit { at, weights, model_error, windowed: false, held: true })
+    Some(Fit { at, noise, model_error, window: None, held: true })
 }
 
 fn changed(new: &[Vec<f64>], old: &[Vec<f64>]) -> f64 {

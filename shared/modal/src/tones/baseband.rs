@@ -4,6 +4,15 @@ use super::fourier::turn;
 use core::f64::consts::{PI, TAU};
 use faer::c64;
 
+/// Rows of a record that an envelope is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Present {
+    /// With a value of any channel.
+    Any,
+    /// With a value of every channel: what the weights take out, they take out of whole rows.
+    All,
+}
+
 /// Multichannel samples without their means; NaN where none exists.
 #[derive(Clone, Debug)]
 pub(super) struct Samples {
@@ -86,7 +95,7 @@ impl Samples {
     ///
     /// Every value is a Hann-weighted mean over the samples that exist within two of its steps each
     /// way; at the edges of the band its gain is one half ([`gain`]).
-    pub fn envelope(&self, weights: &[c64], frequency_hz: f64, half_cells: usize) -> Vec<c64> {
+    pub fn envelope(&self, weights: &[c64], frequency_hz: f64, half_cells: usize, rows_used: Present) -> Vec<c64> {
         let (rows, count) = (self.rows(), 4 * half_cells);
         let step = TAU * frequency_hz / self.rate_hz;
         let apart = rows as f64 / count as f64;
@@ -101,7 +110,12 @@ impl Samples {
                     sum += *weight * *y;
                     present += weight.norm_sqr();
                 }
-                (sum * carrier.next(), present / whole)
+                let demodulated = sum * carrier.next();
+                // The whole is the same sum: equal when nothing is missing.
+                if rows_used == Present::All && present < whole {
+                    return (c64::new(0.0, 0.0), 0.0);
+                }
+                (demodulated, present / whole)
             })
             .collect();
         let value = |j: usize| {

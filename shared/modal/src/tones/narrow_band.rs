@@ -24,8 +24,9 @@ pub(super) const HALF_CELLS: usize = 24;
 pub(super) const HALF_CELLS_MIN: usize = 6;
 /// ζωT of the most persistent motion that is called a mode: its envelope changes three times.
 const LEAST_FORGETTING: f64 = 3.0;
-/// Probability that a mode is taken for one line, and for two.
-const LINE_CHANCE: f64 = 1.0 / 1500.0;
+/// Probability that a mode is taken for one line, and for two, in weights that the line has no part
+/// in.
+pub(super) const LINE_CHANCE: f64 = 1.0 / 1500.0;
 /// Simulated modes whose gains show their tail: twenty above the start of it, its scale to a
 /// quarter.
 const FIRST_SIMULATIONS: usize = 200;
@@ -97,10 +98,10 @@ impl NarrowBand {
         }
     }
 
-    /// The lines that stand in the band, if a mode does not explain it.
-    pub fn lines(&self, envelope: &[c64]) -> Option<Vec<Line>> {
+    /// The lines that stand in the band, if a mode explains it with less than `chance`.
+    pub fn lines(&self, envelope: &[c64], chance: f64) -> Option<Vec<Line>> {
         let before = self.fit(&self.periodogram(envelope));
-        let count = (1..=LINES_MAX).find(|count| self.is_unlikely(envelope, before, *count))?;
+        let count = (1..=LINES_MAX).find(|count| self.is_unlikely(envelope, before, *count, chance))?;
         let lines = self.best_lines(envelope, count);
         if lines.iter().all(|line| line.growth.abs() < GROWTH_MAX) {
             return Some(lines);
@@ -111,8 +112,8 @@ impl NarrowBand {
         let rest = without(envelope, &lines);
         let may_be_steady =
             |line: &Line| line.growth.abs() < GROWTH_MAX + GROWTH_SIGMA * self.growth_deviation(&rest, line);
-        let leaves_a_mode = || !self.is_unlikely(&rest, self.fit(&self.periodogram(&rest)), 1);
-        let no_chance = || self.chance(envelope, before, count) < LINE_CHANCE / super::CANDIDATES_MAX as f64;
+        let leaves_a_mode = || !self.is_unlikely(&rest, self.fit(&self.periodogram(&rest)), 1, LINE_CHANCE);
+        let no_chance = || self.chance(envelope, before, count) < chance / super::CANDIDATES_MAX as f64;
         (lines.iter().all(may_be_steady) && no_chance() && leaves_a_mode()).then_some(lines)
     }
 
@@ -136,21 +137,24 @@ impl NarrowBand {
         count * (0.5 * power * both).sqrt() / (line.amplitude.norm_sqr().sqrt() * spread)
     }
 
-    /// Whether a mode as fitted gains as much by so many lines with a probability below
-    /// [`LINE_CHANCE`]: by the exponential tail of the gains of simulated modes where that is
-    /// clear, by their number otherwise.
-    fn is_unlikely(&self, envelope: &[c64], before: Fit, count: usize) -> bool {
+    /// Whether a mode as fitted gains as much by so many lines with a probability below `chance`:
+    /// by the exponential tail of the gains of simulated modes where that is clear or the chance is
+    /// rarer than modes can be simulated, by their number otherwise.
+    fn is_unlikely(&self, envelope: &[c64], before: Fit, count: usize, chance: f64) -> bool {
         let gain = self.gain(envelope, before, count);
         let mut random = Seeded::new(0x70E5);
         let mut gains: Vec<f64> = Vec::new();
         while (gains.len() as f64) < 1.0 / LINE_CHANCE {
-            let chance = self.simulated_gain(before, count, &mut random);
-            if chance >= gain {
+            let simulated = self.simulated_gain(before, count, &mut random);
+            if simulated >= gain {
                 return false;
             }
-            gains.push(chance);
-            if gains.len() == FIRST_SIMULATIONS && tail(&mut gains, gain) < CLEAR_SHARE * LINE_CHANCE {
-                return true;
+            gains.push(simulated);
+            if gains.len() == FIRST_SIMULATIONS {
+                let is_clear = tail(&mut gains, gain) < CLEAR_SHARE * chance;
+                if is_clear || chance < LINE_CHANCE {
+                    return is_clear;
+                }
             }
         }
         true

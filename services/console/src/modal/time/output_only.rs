@@ -14,12 +14,12 @@ use modal::drift::{self, PartOfRecord};
 use modal::gram::output_gram;
 use modal::maximum_likelihood::{Model, explained};
 use modal::methods::Estimate;
-use modal::operational::{Evidence, Known, Operational, identify, selection, settings};
+use modal::operational::{Evidence, Known, Operational, identify, selection_like, settings};
 use modal::pairs::covariances;
 use modal::record::Record;
 use modal::ssi_cov::realise;
 use modal::tones::Tone;
-use modal::{Config, Mode, Selection, ShapeScale};
+use modal::{Config, Mode, RejectedPole, Rejection, Selection, ShapeScale};
 use std::ops::Range;
 
 /// The channels asked for on one clock.
@@ -44,6 +44,7 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     let rest = found.rest.clone().unwrap_or_else(|| examined.record.outputs.clone());
     let rest = Record::of_outputs(examined.record.sample_rate_hz, examined.record.channels, rest);
     let picks = &arguments.structural.select;
+    let identified = found.modes.clone();
     if !picks.is_empty() {
         let (complete, gaps) = complete_rows(&rest);
         Selection { modes: found.modes, rejected: found.rejected } =
@@ -53,7 +54,7 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     let estimates: Vec<Estimate> = found.modes.iter().map(Estimate::from).collect();
     let of_part = |rows: Range<usize>| -> Vec<Estimate> {
         let part = &rest.outputs[rows.start * rest.channels..rows.end * rest.channels];
-        let selection = selection(part, found.evidence, &config);
+        let selection = selection_like(&identified, part, found.evidence, &config);
         selection.map(|found| found.modes.iter().map(Estimate::from).collect()).unwrap_or_default()
     };
     let middle = rest.samples() / 2;
@@ -216,6 +217,11 @@ fn treatments(examined: &mut Examined, found: &Operational) -> Vec<Treatment> {
         );
         all.push(Treatment { check: "tone", channel: String::new(), value: tone.frequency_hz, unit: "Hz", did });
     }
+    let by_tone = |pole: &&RejectedPole| matches!(pole.reason, Rejection::HiddenByTone);
+    for pole in found.rejected.iter().filter(by_tone) {
+        let did = "hidden: what moves there is not told from the tone, and is not reported as a mode".into();
+        all.push(Treatment { check: "hidden", channel: String::new(), value: pole.frequency_hz, unit: "Hz", did });
+    }
     all
 }
 
@@ -232,7 +238,10 @@ fn in_order(found: &Operational, examined: &Examined, treatments: Vec<Treatment>
             .even
             .logged_rate_hz
             .map_or(Vec::new(), |logged| unfolded(mode.frequency_hz, examined.even.rate_hz, 0.5 * logged));
-        (found_mode(&Estimate::from(mode)), Nature::Mode { complex, folded })
+        let half_width_hz = mode.damping_ratio * mode.frequency_hz;
+        let on_it = |tone: &&Tone| (tone.frequency_hz - mode.frequency_hz).abs() < half_width_hz;
+        let tones_hz = found.tones.iter().filter(on_it).map(|tone| tone.frequency_hz).collect();
+        (found_mode(&Estimate::from(mode)), Nature::Mode { complex, folded, tones_hz })
     };
     let mut all: Vec<(FoundMode, Nature)> = found.modes.iter().map(of_mode).collect();
     all.extend(found.tones.iter().map(|tone| (tone_as_found(tone), Nature::Tone { wander_hz: tone.wander_hz })));
