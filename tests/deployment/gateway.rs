@@ -109,7 +109,7 @@ fn disorder_late_and_repeated_samples_are_counted_exactly_and_the_recorded_ticks
 #[test]
 fn a_killed_gateway_sends_the_same_frames_again_and_loses_only_what_came_while_it_was_down() {
     let place = Place::new();
-    let mut child = gateway(&place, "2", &["--kill", "sensor-sim@420:publish", "--kill", "inertial-id@450"]);
+    let mut child = gateway(&place, "2", &["--kill", "sensor-sim@180:publish", "--kill", "inertial-id@230"]);
     let (mut stream, mut at, mut reconnections) = (connect(&place, &mut child), 0, 0);
     while at < 2000 + RUN_ON_MS {
         match stream.write_all(sample(at).as_bytes()) {

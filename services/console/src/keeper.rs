@@ -1,37 +1,25 @@
 //! `obsid partition keeper`: makes the folder of a run, holds it, and removes it with everything in
-//! shared memory when it is told to end. A service manager starts it before the partitions and does
+//! shared memory on SIGTERM. A service manager starts it before the partitions and does
 //! what the warden does in `obsid run`.
 
+use crate::partition::{Arguments, Kept};
 use crate::run::{self, Common};
 use crate::{Failure, preflight, scenario_file, tell, visible};
 use runtime::rundir::OwnedRunDir;
 use runtime::sys::Notifier;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
-/// Of the keeper alone.
-#[derive(clap::Args)]
-pub struct Arguments {
-    /// Keeper only: scenario file; without one the benchmark's
-    #[arg(long)]
-    scenario: Option<PathBuf>,
-    /// Keeper only: where the recorder writes
-    #[arg(long)]
-    record: Option<PathBuf>,
-    /// Keeper only: simulated over real time at most
-    #[arg(long)]
-    speed: Option<f64>,
-}
-
 /// Keeps the run's folder `folder` until SIGTERM.
-pub fn run(folder: Option<&Path>, arguments: &Arguments) -> ExitCode {
-    let (Some(folder), Some(record)) = (folder, &arguments.record) else {
+pub fn run(arguments: &Arguments) -> ExitCode {
+    let kept = &arguments.kept;
+    let (Some(folder), Some(record)) = (&arguments.run, &kept.record) else {
         tell("obsid: partition keeper needs --run FOLDER and --record FILE");
         return ExitCode::from(2);
     };
-    match keep(folder, record, arguments) {
+    match keep(folder, record, kept) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(report)) => {
             tell(visible::cut_snippets(&format!("{report:?}")).trim_end());
@@ -44,7 +32,7 @@ pub fn run(folder: Option<&Path>, arguments: &Arguments) -> ExitCode {
     }
 }
 
-fn keep(folder: &Path, record: &Path, arguments: &Arguments) -> Result<(), Failure> {
+fn keep(folder: &Path, record: &Path, arguments: &Kept) -> Result<(), Failure> {
     let io = |error: std::io::Error| Failure::Run(error.to_string());
     // Before anything exists that a signal could leave behind.
     let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(io)?;

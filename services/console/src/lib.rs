@@ -205,6 +205,7 @@ pub fn main() -> ExitCode {
         Command::Icd(arguments) => icd::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => man::run(&arguments),
+        Command::Partition(arguments) if arguments.are_of_keeper() => return keeper::run(&arguments),
         Command::Partition(arguments) => return partition::run(&arguments),
     };
     match result {

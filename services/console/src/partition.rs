@@ -2,7 +2,7 @@
 //! all.
 
 use crate::scratch::Held;
-use crate::{keeper, tell};
+use crate::tell;
 use runtime::process;
 use runtime::warden::{self, Launcher, Report};
 use runtime::{Connect, ConnectError, Partition, RunConfig};
@@ -37,7 +37,7 @@ pub struct Arguments {
     name: String,
     /// Folder of the run
     #[arg(long)]
-    run: Option<PathBuf>,
+    pub run: Option<PathBuf>,
     /// How often the partition was started before; "next": its starts are counted in its folder
     #[arg(long, default_value = "0")]
     epoch: String,
@@ -57,16 +57,35 @@ pub struct Arguments {
     #[arg(long)]
     images: Option<PathBuf>,
     #[command(flatten)]
-    kept: keeper::Arguments,
+    pub kept: Kept,
+}
+
+/// Of the keeper alone.
+#[derive(clap::Args)]
+pub struct Kept {
+    /// Keeper only: scenario file; without one the benchmark's
+    #[arg(long)]
+    pub scenario: Option<PathBuf>,
+    /// Keeper only: where the recorder writes
+    #[arg(long)]
+    pub record: Option<PathBuf>,
+    /// Keeper only: simulated over real time at most
+    #[arg(long)]
+    pub speed: Option<f64>,
+}
+
+impl Arguments {
+    /// The process is no partition: it keeps the run's folder.
+    pub fn are_of_keeper(&self) -> bool {
+        self.name == "keeper"
+    }
 }
 
 /// Runs the partition (or the warden) of this name until its run ends; exit code 2 for an unknown
 /// name.
 pub fn run(arguments: &Arguments) -> ExitCode {
-    match arguments.name.as_str() {
-        "warden" => return warden(arguments),
-        "keeper" => return keeper::run(arguments.run.as_deref(), &arguments.kept),
-        _ => {}
+    if arguments.name == "warden" {
+        return warden(arguments);
     }
     let Some((id, connect)) = PARTITIONS.iter().find(|(id, _)| id.text() == arguments.name) else {
         let names: Vec<&str> = PARTITIONS.iter().map(|(id, _)| id.text()).collect();

@@ -53,7 +53,7 @@ fn structure(text: &mut String, record: &str, fields: &[FieldInfo], size: usize)
     let name = format!("obsid_{}", snake(record));
     let _ = writeln!(text, "\ntypedef struct {name} {{");
     for field in fields {
-        let length = if field.length == 0 { String::new() } else { format!("[{}]", field.length) };
+        let length = if field.length == 0 { String::new() } else { format!("[{}]", elements(field)) };
         let _ = writeln!(text, "    /* [{}] {}: {} */", field.unit, field.frame, field.what.replace("*/", "* /"));
         let _ = writeln!(text, "    {} {}{length};", c_type(field.ros), field.name);
     }
@@ -62,6 +62,17 @@ fn structure(text: &mut String, record: &str, fields: &[FieldInfo], size: usize)
     for field in fields {
         let (field, offset) = (field.name, field.offset);
         let _ = writeln!(text, "OBSID_ASSERT(offsetof({name}, {field}) == {offset}, \"{record}.{field}: offset\");");
+    }
+}
+
+/// Of an array, however many dimensions it has: C has them in one, in the order of the bytes.
+fn elements(field: &FieldInfo) -> usize {
+    match field.ros {
+        "float64" | "uint64" | "int64" => field.size / 8,
+        "uint32" | "int32" => field.size / 4,
+        "uint16" => field.size / 2,
+        "uint8" => field.size,
+        _ => field.length,
     }
 }
 

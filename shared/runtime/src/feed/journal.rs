@@ -40,7 +40,7 @@ const SLOT_BYTES: u64 = 8 * SLOT_WORDS as u64;
 #[derive(Clone, Copy, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 struct Head {
-    /// Counted from 1, so that an empty slot is none.
+    /// Counted from 1, so that 0 marks an empty slot.
     frame: u64,
     origin_ns: u64,
     counts: [u64; 7],

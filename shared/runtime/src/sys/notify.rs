@@ -8,7 +8,7 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 pub struct Notifier(UnixDatagram);
 
 impl Notifier {
-    /// The socket that the manager named in `NOTIFY_SOCKET`; `None` where nobody asked for word.
+    /// The socket that the manager named in `NOTIFY_SOCKET`; `None` without one.
     #[must_use]
     pub fn of_environment() -> Option<Self> {
         let name = std::env::var("NOTIFY_SOCKET").ok()?;

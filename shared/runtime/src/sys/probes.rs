@@ -9,7 +9,7 @@ use std::path::Path;
 /// An act, and what the kernel said: 0 for done, else the error's number.
 pub type Answer = (&'static str, i32);
 
-/// Refused for want of a right; every other error comes from an act that was let through.
+/// Refused for lack of a right; every other error comes from an act that was let through.
 #[must_use]
 pub fn is_refused(errno: i32) -> bool {
     errno == libc::EPERM || errno == libc::EACCES
