@@ -35,7 +35,7 @@ fn gateway(place: &Place, seconds: &str, more: &[&str]) -> Child {
     let (socket, file) = (place.file("s"), place.file("flight.mcap"));
     let fixed = ["gateway", &socket, "--scenario", "craft.toml", "--duration", seconds, "--record", &file, "--json"];
     // A driver that waits for a busy computer is not silent.
-    place.start(&[&fixed[..], &["--silence-ms", "60000"], more].concat())
+    place.start(&[&fixed[..], &["--silence-ms", "60000"], &crate::PATIENT, more].concat())
 }
 
 fn connect(place: &Place, gateway: &mut Child) -> UnixStream {

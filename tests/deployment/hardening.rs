@@ -15,7 +15,7 @@ fn probed(more: &[&str]) -> (BTreeMap<String, BTreeMap<String, i32>>, Value) {
     let short = scenario("short.toml");
     let mut arguments = vec!["run", short.as_str(), "--json"];
     PARTITIONS.iter().for_each(|name| arguments.extend(["--probe", name]));
-    arguments.extend(more);
+    arguments.extend(crate::PATIENT.iter().chain(more));
     let output = place.command(&arguments).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let parse = |line: &str| {
@@ -73,10 +73,12 @@ fn killed_partitions_come_back_hardened() {
     let kills = ["supervisor@900", "inertial-id@1500:publish", "recorder@2100:checkpoint", "sensor-sim@2900"];
     let mut arguments = vec!["run", short.as_str(), "--json"];
     kills.iter().for_each(|kill| arguments.extend(["--kill", kill]));
+    arguments.extend(crate::PATIENT);
     let result = object(&place.command(&arguments).output().unwrap(), 0);
     assert_eq!(result["digest"], lockstep()["digest"]);
     let rows = result["partitions"].as_array().unwrap();
-    assert_eq!(rows.iter().map(|row| row["restarts"].as_u64().unwrap()).sum::<u64>(), 4);
+    let restarts = |row: &&Value| row["restarts"].as_u64().unwrap() > 0;
+    assert!(rows.iter().filter(restarts).count() >= kills.len(), "{rows:?}");
     let first = &rows[0]["hardening"];
     assert!(rows.iter().all(|row| row["hardening"]["system_calls"] == first["system_calls"]), "{rows:?}");
 }

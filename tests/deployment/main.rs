@@ -21,6 +21,9 @@ fn scenario(name: &str) -> String {
     workspace().join("deploy/scenarios").join(name).display().to_string()
 }
 
+/// No partition is taken for hung while a busy computer starves it: hangs are not the point here.
+const PATIENT: [&str; 2] = ["--hang-ms", "60000"];
+
 /// A test's own folder outside `/dev/shm`, in which partitions can be kept out of each other's
 /// folders; its path is short, for sockets lie in it.
 struct Place(PathBuf);
