@@ -139,8 +139,11 @@ impl Manager {
         let (mut running, mut restarts) = (Vec::new(), BTreeMap::new());
         for name in order {
             let child = self.spawn(name);
-            if killed == Some(name) {
+            if killed.is_some() {
+                // One after the other: the word is that of the partition started last.
                 self.hear("READY=1");
+            }
+            if killed == Some(name) {
                 kill_process(Pid::from_child(&child), Signal::KILL).unwrap();
             }
             running.push((name.clone(), child));
@@ -160,7 +163,9 @@ impl Manager {
             }
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
             assert!(output.status.code().is_none_or(|code| code == FOUND_NOTHING), "{name}: {said}");
-            *restarts.entry(name.clone()).or_default() += u32::from(output.status.code().is_none());
+            if output.status.code().is_none() {
+                *restarts.entry(name.clone()).or_default() += 1;
+            }
             running.push((name.clone(), self.spawn(&name)));
         }
         kill_process(Pid::from_child(&keeper), Signal::TERM).unwrap();
