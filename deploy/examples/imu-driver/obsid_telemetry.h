@@ -85,7 +85,7 @@ typedef struct obsid_estimate {
     /* [of the domain's parameters] -: parameters */
     double values[12];
     /* [products of the units] -: covariance of the parameters */
-    double covariance[12];
+    double covariance[144];
     /* [-] -: per parameter, code of Identifiability: 0 no prior, or no estimate; 1 identified, 2 prior kept, 3 not excited. Inertial parameters without a stated prior sigma: against a start of a thousand times their size */
     uint16_t identifiability[12];
     /* [-] -: latest innovation record */
@@ -224,7 +224,7 @@ typedef struct obsid_accelerometers {
     /* [ns] -: time of each row after t_meas */
     uint32_t offset_ns[64];
     /* [m/s^2] sensor axis: rows of accelerations */
-    double acceleration_m_s2[64];
+    double acceleration_m_s2[768];
 } obsid_accelerometers;
 OBSID_ASSERT(sizeof(obsid_accelerometers) == 6440, "Accelerometers: size");
 OBSID_ASSERT(offsetof(obsid_accelerometers, header) == 0, "Accelerometers.header: offset");
@@ -600,7 +600,7 @@ typedef struct obsid_target_estimate {
     /* [kg, m, m, kg m^2] stated: target; else grasp: mass, centre of mass x, y, inertia about it */
     double values[4];
     /* [products of the units] as values: covariance */
-    double covariance[4];
+    double covariance[16];
     /* [m] target: grasp point */
     double grasp_position_m[2];
     /* [rad] target: direction of the grasp frame's x axis */
