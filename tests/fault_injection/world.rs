@@ -238,7 +238,7 @@ impl Run<'_> {
 
     /// Overwrites both checkpoints of `name`.
     pub fn spoil_checkpoints(&self, name: &str) {
-        let folder = self.folder().expect("the run has begun").join("checkpoints");
+        let folder = self.folder().expect("the run has begun").join(name);
         for slot in [0, 1] {
             std::fs::write(folder.join(format!("{name}.{slot}")), "spoilt").unwrap();
         }
@@ -250,8 +250,7 @@ impl Run<'_> {
 
     fn statistics(&self) -> Vec<String> {
         let entries = self.folder().and_then(|folder| std::fs::read_dir(folder).ok());
-        let files = entries.into_iter().flatten().flatten().map(|entry| entry.path());
-        let files = files.filter(|path| path.to_string_lossy().ends_with(".stats.json"));
+        let files = entries.into_iter().flatten().flatten().map(|entry| entry.path().join("stats.json"));
         files.filter_map(|path| std::fs::read_to_string(path).ok()).collect()
     }
 

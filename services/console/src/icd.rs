@@ -1,5 +1,7 @@
 //! `obsid icd`: the interface control document, generated from the samples themselves.
 
+mod c_header;
+
 use crate::{Failure, print};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -14,7 +16,8 @@ use telemetry::{
 #[command(after_help = "Examples:
   obsid icd                             the table of topics
   obsid icd --json > deploy/icd.json    the committed document
-  obsid icd --md                        every field of every topic")]
+  obsid icd --md                        every field of every topic
+  obsid icd --c-header > obsid.h        every sample as a C structure, for drivers (see obsid gateway)")]
 pub struct Arguments {
     /// As JSON (what deploy/icd.json holds)
     #[arg(long, conflicts_with = "md")]
@@ -22,9 +25,12 @@ pub struct Arguments {
     /// As Markdown
     #[arg(long)]
     md: bool,
+    /// As a C header, with sizes and offsets asserted
+    #[arg(long, conflicts_with_all = ["json", "md"])]
+    c_header: bool,
 }
 
-/// Prints the interface control document: a table of topics, Markdown or JSON.
+/// Prints the interface control document: a table of topics, Markdown, JSON or a C header.
 ///
 /// # Errors
 /// None: the text is compiled into the program.
@@ -33,6 +39,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         json_text()
     } else if arguments.md {
         markdown()
+    } else if arguments.c_header {
+        c_header::text()
     } else {
         topic_table()
     };

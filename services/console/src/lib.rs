@@ -38,12 +38,15 @@ mod drill;
 mod effects;
 mod effort;
 mod engine;
+mod feed_counts;
 mod flight;
+mod gateway;
 mod hidden;
 mod icd;
 mod identify;
 mod intake;
 mod interrupt;
+mod keeper;
 mod latency;
 mod launch;
 mod limits_file;
@@ -112,6 +115,7 @@ const EXAMPLES: &str = "Examples:
   obsid run                                        the default scenario, as processes over shared memory
   obsid run deploy/scenarios/default.toml --json   another scenario, result as one JSON object
   obsid replay slab.csv.gz                         a recording through the partitions
+  obsid gateway /run/obsid/sensors --scenario c.toml --duration 60   real sensors through the partitions
   obsid drill --kills 100                          faults into real runs: kills, hangs, corruption, full disks
   obsid latency                                    the link beside what the machine itself costs
   obsid budget                                     each partition in real time against its budget
@@ -153,6 +157,7 @@ enum Command {
     #[command(after_help = DESIGN_EXAMPLES)]
     Design(design::Arguments),
     Replay(replay::Arguments),
+    Gateway(gateway::Arguments),
     Simulate(simulate::Arguments),
     Effects(effects::Arguments),
     Plant(plant::Arguments),
@@ -186,6 +191,7 @@ pub fn main() -> ExitCode {
         Command::Budget(arguments) => budget::run(&arguments),
         Command::Top(arguments) => top::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Gateway(arguments) => gateway::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Design(arguments) => design::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
@@ -201,6 +207,7 @@ pub fn main() -> ExitCode {
         Command::Icd(arguments) => icd::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => man::run(&arguments),
+        Command::Partition(arguments) if arguments.are_of_keeper() => return keeper::run(&arguments),
         Command::Partition(arguments) => return partition::run(&arguments),
     };
     match result {

@@ -220,7 +220,9 @@ impl Outcome {
 
     fn partition_json(&self, row: &PartitionRow) -> Value {
         // In lockstep there is neither a wire nor a process: unknown, not zero.
-        let wire = |value: f64| if self.link == LinkKind::Lockstep { Value::Null } else { json!(value) };
+        let in_lockstep = self.link == LinkKind::Lockstep;
+        let wire = |value: f64| if in_lockstep { Value::Null } else { json!(value) };
+        let hardening = if in_lockstep { Value::Null } else { json!(row.hardening) };
         json!({
             "name": row.name, "received": row.received, "lost": row.lost, "restarts": row.restarts,
             "given_up": row.given_up,
@@ -228,6 +230,7 @@ impl Outcome {
             "cpu_percent": wire(row.cpu_percent), "duplicates": row.duplicates, "bad": row.bad,
             "frames": row.frames, "frame_us_max": wire(row.frame_us_max), "cpu_s": wire(row.cpu_s),
             "allocations_after_start": wire(row.allocations_after_start as f64),
+            "hardening": hardening,
         })
     }
 }

@@ -5,14 +5,14 @@ use crate::scratch::Held;
 use crate::tell;
 use runtime::process;
 use runtime::warden::{self, Launcher, Report};
-use runtime::{Connect, RunConfig};
+use runtime::{Connect, ConnectError, Partition, RunConfig};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use telemetry::PartitionId;
 
 /// The one list of partitions.
 pub const PARTITIONS: &[(PartitionId, Connect)] = &[
-    (PartitionId::SensorSim, sensor_sim::connect),
+    (PartitionId::SensorSim, source),
     (PartitionId::InertialId, inertial_id::connect),
     (PartitionId::SloshId, slosh_id::connect),
     (PartitionId::ModalId, modal_id::connect),
@@ -20,20 +20,27 @@ pub const PARTITIONS: &[(PartitionId, Connect)] = &[
     (PartitionId::Recorder, recorder::connect),
 ];
 
+/// Where samples come from: a simulation or a recording, or real sensors.
+fn source(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
+    if run.feed.is_some() { sensor_gateway::connect(run) } else { sensor_sim::connect(run) }
+}
+
 /// One process of a run (started by the warden)
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid partition warden --config run.json --root /dev/shm       the parent of all partitions (`obsid run` starts it)
-  obsid partition inertial-id --run /dev/shm/obsid-run --epoch 1 one partition (the warden starts it)")]
+  obsid partition inertial-id --run /dev/shm/obsid-run --epoch 1 one partition (the warden starts it)
+  obsid partition keeper --run /run/obsid/obsid-flight --scenario craft.toml --record flight.mcap
+                                                                 a run whose partitions a service manager starts")]
 pub struct Arguments {
-    /// sensor-sim, inertial-id, slosh-id, modal-id, supervisor, recorder, or warden
+    /// sensor-sim, inertial-id, slosh-id, modal-id, supervisor, recorder, warden, or keeper
     name: String,
     /// Folder of the run
     #[arg(long)]
-    run: Option<PathBuf>,
-    /// How often the partition was started before
-    #[arg(long, default_value_t = 0)]
-    epoch: u32,
+    pub run: Option<PathBuf>,
+    /// How often the partition was started before; "next": its starts are counted in its folder
+    #[arg(long, default_value = "0")]
+    epoch: String,
     /// What ended the life before: 0 none, 1 to 255 signal, 256 + exit code
     #[arg(long, default_value_t = 0)]
     cause: u32,
@@ -49,6 +56,29 @@ pub struct Arguments {
     /// Warden only: folder with the partitions' own binaries
     #[arg(long)]
     images: Option<PathBuf>,
+    #[command(flatten)]
+    pub kept: Kept,
+}
+
+/// Of the keeper alone.
+#[derive(clap::Args)]
+pub struct Kept {
+    /// Keeper only: scenario file; without one the benchmark's
+    #[arg(long)]
+    pub scenario: Option<PathBuf>,
+    /// Keeper only: where the recorder writes
+    #[arg(long)]
+    pub record: Option<PathBuf>,
+    /// Keeper only: simulated over real time at most
+    #[arg(long)]
+    pub speed: Option<f64>,
+}
+
+impl Arguments {
+    /// The process is no partition: it keeps the run's folder.
+    pub fn are_of_keeper(&self) -> bool {
+        self.name == "keeper"
+    }
 }
 
 /// Runs the partition (or the warden) of this name until its run ends; exit code 2 for an unknown
@@ -59,14 +89,25 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     }
     let Some((id, connect)) = PARTITIONS.iter().find(|(id, _)| id.text() == arguments.name) else {
         let names: Vec<&str> = PARTITIONS.iter().map(|(id, _)| id.text()).collect();
-        tell(&format!("obsid: no partition is called '{}'; there are {} and warden", arguments.name, names.join(", ")));
+        tell(&format!(
+            "obsid: no partition is called '{}'; there are {}, warden and keeper",
+            arguments.name,
+            names.join(", ")
+        ));
         return ExitCode::from(2);
     };
     let Some(folder) = &arguments.run else {
         tell(&format!("obsid: partition {id} needs --run FOLDER, the folder of a run that its warden has made"));
         return ExitCode::from(2);
     };
-    let life = process::Life { epoch: arguments.epoch, cause: arguments.cause, parent: arguments.parent };
+    let epoch = match process::epoch_of(&arguments.epoch, folder, *id) {
+        Ok(epoch) => epoch,
+        Err(wrong) => {
+            tell(&format!("obsid: partition {id}: {wrong}"));
+            return ExitCode::from(2);
+        }
+    };
+    let life = process::Life { epoch, cause: arguments.cause, parent: arguments.parent };
     process::exit_code(*id, process::run(*id, *connect, folder, life))
 }
 
@@ -96,7 +137,7 @@ fn load(path: &Path) -> std::io::Result<(RunConfig, Option<Held>)> {
 }
 
 fn supervise(run: &RunConfig, root: &Path, images: Option<PathBuf>) -> std::io::Result<bool> {
-    let launcher = Launcher { program: std::env::current_exe()?, images };
+    let launcher = Launcher { program: std::env::current_exe()?, images, is_fed: run.feed.is_some() };
     let mut lines = runtime::sys::LineWriter::default();
     let mut report = |report: &Report| {
         // Whoever started the warden may be gone or not reading: the run goes on.

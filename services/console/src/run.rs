@@ -5,10 +5,11 @@ use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
 use crate::scenario_run::{LinkKind, ScenarioRun};
 use crate::scratch::{ResultsFile, Scratch};
-use crate::{Failure, hidden, limits_file, preflight, scenario_file, table, trace_file};
+use crate::{Failure, feed_counts, hidden, limits_file, preflight, scenario_file, table, trace_file};
 use plant_file::scenario::{Opened, Scenario};
 use runtime::RunConfig;
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
+use runtime::feed::FeedCounts;
 use std::path::{Path, PathBuf};
 use telemetry::PartitionId;
 
@@ -74,6 +75,9 @@ pub struct Common {
     /// Drill: a damaged sample goes out in this frame, or of a topic from it on, FRAME[:TOPIC]
     #[arg(long, hide = true, value_parser = corrupt)]
     corrupt: Vec<Fault>,
+    /// Drill: a partition tries what it has no right to
+    #[arg(long, hide = true, value_parser = probe)]
+    probe: Vec<Fault>,
     /// Drill: shorter limits, milliseconds until a hang is called one
     #[arg(long, hide = true)]
     hang_ms: Option<u64>,
@@ -142,6 +146,9 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     if common.record.is_some() {
         run.config.results = Some(scratch.file("results.mcap"));
     }
+    if let Some(feed) = &mut run.config.feed {
+        feed.journal = scratch.file("feed.journal");
+    }
     if common.link == LinkKind::Shm {
         preflight::check(scratch.root())?;
     }
@@ -156,14 +163,25 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     }
     let recorded = run.config.results.as_ref().map_or_else(|| results.is_written(), |path| path.exists());
     let outcome = Outcome::read(&run, finished, recorded);
-    let text = if common.json { format!("{}\n", outcome.json()) } else { table::outcome(&outcome) };
-    crate::print(&text);
+    let fed = run.config.feed.as_ref().and_then(|feed| runtime::feed::newest_counts(&feed.journal));
+    crate::print(&shown(&outcome, fed.as_ref(), common.json));
     let losses = outcome.losses();
     match outcome.failure {
         Some(reason) => Err(Failure::Run(reason)),
         None if losses.is_empty() => Ok(()),
         None => Err(Failure::Degraded(losses.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))),
     }
+}
+
+fn shown(outcome: &Outcome, fed: Option<&FeedCounts>, as_json: bool) -> String {
+    if !as_json {
+        return table::outcome(outcome) + &fed.map(feed_counts::sentence).unwrap_or_default();
+    }
+    let mut object = outcome.json();
+    if let Some(counts) = fed {
+        object["feed"] = feed_counts::json_of(counts);
+    }
+    format!("{object}\n")
 }
 
 /// Where processes leave their markers; that the file can be written is found out before the run.
@@ -206,6 +224,7 @@ pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> 
         window_frames: scenario.window_frames,
         checkpoint_frames: (scenario.window_frames / 4).max(1),
         replay,
+        feed: None,
         record: PathBuf::new(),
         record_all: common.record.is_some(),
         trace: None,
@@ -214,7 +233,7 @@ pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> 
         partitions,
         limits,
         sabotage: common.sabotage.unwrap_or_default(),
-        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt]
+        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt, &common.probe]
             .into_iter()
             .flatten()
             .copied()
@@ -259,6 +278,11 @@ fn kill_always(text: &str) -> Result<Fault, String> {
 
 fn hang(text: &str) -> Result<Fault, String> {
     place(text).map(|(partition, frame)| Fault::Hang { partition, frame })
+}
+
+fn probe(text: &str) -> Result<Fault, String> {
+    let partition = PartitionId::named(text).ok_or_else(|| format!("no partition is called '{text}'"))?;
+    Ok(Fault::Probe { partition })
 }
 
 fn corrupt(text: &str) -> Result<Fault, String> {

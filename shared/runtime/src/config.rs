@@ -1,5 +1,6 @@
 //! Configuration of a run: written once by the process that starts it, read by every partition.
 
+use crate::feed::FeedConfig;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -19,6 +20,8 @@ pub enum Sabotage {
     NoOutbox,
     /// A consumer does not check the CRC.
     SkipCrc,
+    /// Partitions keep every right that they were started with.
+    NoHardening,
 }
 
 impl Sabotage {
@@ -28,6 +31,7 @@ impl Sabotage {
         ("no-dedupe", Sabotage::NoDedupe),
         ("no-outbox", Sabotage::NoOutbox),
         ("skip-crc", Sabotage::SkipCrc),
+        ("no-hardening", Sabotage::NoHardening),
     ];
 }
 
@@ -71,6 +75,8 @@ pub enum Fault {
     /// A damaged copy goes out before the good sample: of every inertial sample of that frame, or
     /// of the first one of `topic` from that frame on.
     Corrupt { frame: u64, topic: Option<TopicId> },
+    /// The partition tries what it has no right to, in its first life.
+    Probe { partition: PartitionId },
 }
 
 /// A recording, and what can be identified from it.
@@ -110,6 +116,8 @@ pub struct RunConfig {
     pub seed: u64,
     /// A recording to replay instead of a simulation.
     pub replay: Option<ReplayConfig>,
+    /// Real sensors instead of a simulation; `replay` then says for how many frames.
+    pub feed: Option<FeedConfig>,
     /// Where the recorder writes.
     pub record: PathBuf,
     /// Where everything is recorded to `record`: results alone go here too, so that a full disk
@@ -279,6 +287,7 @@ pub(crate) mod tests {
             period_ns: 10_000_000,
             seed: 1,
             replay: None,
+            feed: None,
             record: "nowhere.mcap".into(),
             record_all: false,
             results: None,

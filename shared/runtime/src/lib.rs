@@ -37,13 +37,15 @@
 //!
 //! Read first: [`partition`] (what a partition is), [`inbox`] (from arrivals to frames), [`runner`]
 //! (a turn).
-// Unsafe code is in `sys/allocations.rs` alone.
+// Unsafe code is in `sys/allocations.rs` and `sys/probes.rs` alone.
 #![deny(unsafe_code)]
 
 pub mod checkpoint;
 pub mod config;
 pub mod deaths;
 pub mod experiment;
+pub mod feed;
+pub mod hardening;
 pub mod inbox;
 pub mod latency;
 pub mod link;

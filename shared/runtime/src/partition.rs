@@ -128,6 +128,11 @@ pub trait Partition: Send {
     /// Topics it consumes; `TICK` and `MODE` need not be named. The consumers in the topic table do
     /// not count.
     fn inputs(&self) -> &'static [TopicId];
+    /// Source only: whether frame `number` can be opened. A source of real sensors waits for their
+    /// samples.
+    fn is_ready(&mut self, _number: u64) -> bool {
+        true
+    }
     /// The one place where estimator state changes.
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs);
     /// Whether the last frame left work that takes longer than a frame (a factorisation).

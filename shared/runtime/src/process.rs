@@ -1,6 +1,7 @@
 //! A partition as a process: joins shared memory, turns until the run ends, reports how it does.
 
 use crate::config::{Fault, KillPoint};
+use crate::hardening::Hardening;
 use crate::inbox::Counters;
 use crate::link::{Link, LinkError};
 use crate::pacing::GIVEN_UP;
@@ -25,6 +26,8 @@ const FRAMES_PER_TURN: u64 = 25;
 const BEAT: Duration = Duration::from_millis(50);
 /// Between two looks whether the work beside the loop is done.
 const WORK_LOOK: Duration = Duration::from_millis(2);
+/// Between two looks whether drivers of real sensors have written: half a frame of 10 ms.
+const FEED_LOOK: Duration = Duration::from_millis(5);
 /// A wait of 0 would not let others run.
 const TIMER_MIN_NS: u64 = 10_000;
 const HOUSEKEEPING_EVERY: Duration = Duration::from_secs(1);
@@ -133,6 +136,8 @@ struct Process<'a> {
     told_anew: bool,
     last_beat: Instant,
     last_housekeeping: Instant,
+    /// Where a service manager, not a warden, watches this process.
+    manager: Option<sys::Notifier>,
 }
 
 impl<'a> Process<'a> {
@@ -144,12 +149,20 @@ impl<'a> Process<'a> {
         life: Life,
     ) -> Result<Self, ProcessError> {
         let is_supervisor = id == PartitionId::Supervisor;
-        let role = if is_supervisor && !dir.ready().exists() { Role::Creates } else { Role::Opens };
+        let role = match (is_supervisor, dir.ready().exists()) {
+            (true, false) => {
+                // What a supervisor that died on its way has left: nobody else has opened it.
+                dir.clear_services()?;
+                Role::Creates
+            }
+            (false, false) => return Err(LinkError::Vanished { topic: "wake" }.into()),
+            (_, true) => Role::Opens,
+        };
         let partition = connect(run)?;
         let mut inputs = partition.inputs().to_vec();
         inputs.extend([TICK.id, telemetry::MODE.id, PROGRESS.id, COMMAND.id]);
         let link = ShmLink::join(&dir.prefix(), &dir.iceoryx_root(), id, &inputs, role)?;
-        let store = crate::checkpoint::Store::new(&dir.checkpoints(), id.text());
+        let store = crate::checkpoint::Store::new(&dir.own(id), id.text());
         let mut runner = Runner::start(partition, link, run, life.epoch, Some(store))?.with_fault_hook(strike);
         if let Some(folder) = &run.trace {
             let mut trace = Trace::create(&crate::trace::path(folder, id, life.epoch))?;
@@ -157,12 +170,13 @@ impl<'a> Process<'a> {
             trace.mark(Mark::Start, life.epoch.into(), now_ns, now_ns);
             runner.trace_to(trace);
         }
-        runner.work_beside();
-        let timetable = timetable(run, id, runner.frames_done());
-        timetable.into_iter().for_each(|table| runner.keep_time(table));
         if role == Role::Creates {
             std::fs::write(dir.ready(), "")?;
         }
+        let hardening = Hardening::confine(dir, id, run);
+        runner.work_beside();
+        let timetable = timetable(run, id, runner.frames_done());
+        timetable.into_iter().for_each(|table| runner.keep_time(table));
         let mut process = Process {
             timetable,
             is_back: life.epoch == 0,
@@ -176,7 +190,9 @@ impl<'a> Process<'a> {
             others_done: Vec::with_capacity(PartitionId::COUNT),
             last_beat: Instant::now(),
             last_housekeeping: Instant::now(),
+            manager: sys::Notifier::of_environment(),
         };
+        process.harden(hardening, dir);
         if let Some(watch) = &mut process.watch {
             watch.say_ready();
         }
@@ -184,7 +200,20 @@ impl<'a> Process<'a> {
         process.event(EventCode::Started, Severity::of_start(life), figures)?;
         process.wake_everybody();
         process.runner.beat()?;
+        process.report("READY=1");
         Ok(process)
+    }
+
+    /// All threads exist: the barriers are closed.
+    fn harden(&mut self, mut hardening: Hardening, dir: &RunDir) {
+        hardening.filter(self.run);
+        self.statistics.hardened(hardening);
+        let (id, is_first) = (self.runner.id(), self.runner.epoch() == 0);
+        if is_first
+            && self.run.faults.iter().any(|fault| matches!(fault, Fault::Probe { partition } if *partition == id))
+        {
+            crate::hardening::probe(dir, id);
+        }
     }
 
     fn cycle(&mut self) -> Result<(), ProcessError> {
@@ -214,6 +243,7 @@ impl<'a> Process<'a> {
         if self.last_housekeeping.elapsed() >= HOUSEKEEPING_EVERY {
             self.last_housekeeping = Instant::now();
             self.housekeeping()?;
+            self.report("WATCHDOG=1");
         }
         if self.runner.began_anew() && !self.told_anew {
             self.told_anew = true;
@@ -252,6 +282,12 @@ impl<'a> Process<'a> {
             **id != self.runner.id() && !self.others_done.contains(id) && !self.runner.given_up().contains(id)
         };
         self.finished && self.run.partitions.iter().find(needs_us).is_none()
+    }
+
+    fn report(&self, word: &str) {
+        if let Some(manager) = &self.manager {
+            manager.say(word);
+        }
     }
 
     fn end(&mut self) -> Result<(), ProcessError> {
@@ -296,7 +332,8 @@ impl<'a> Process<'a> {
             let due_ns = table.due_ns(self.runner.frames_done());
             Duration::from_nanos(due_ns.saturating_sub(sys::monotonic_ns()).max(TIMER_MIN_NS))
         };
-        self.timetable.map_or(BEAT, until_due).min(BEAT)
+        let is_fed = self.run.feed.is_some() && self.runner.id() == PartitionId::SensorSim;
+        self.timetable.map_or(BEAT, until_due).min(if is_fed { FEED_LOOK } else { BEAT })
     }
 
     fn wake_everybody(&mut self) {
@@ -354,7 +391,7 @@ fn strike(fault: &Fault) {
         Fault::Kill { .. } | Fault::KillAlways { .. } | Fault::Tear { .. } => sys::kill_self(),
         Fault::Crash { .. } => sys::crash_self(),
         Fault::Hang { .. } => sys::stop_self(),
-        Fault::Corrupt { .. } => {}
+        Fault::Corrupt { .. } | Fault::Probe { .. } => {}
     }
 }
 
@@ -367,32 +404,49 @@ pub fn main(id: PartitionId, connect: Connect, version: &str) -> ExitCode {
         println!("obsid-{id} {version}, telemetry layout {:08x}", telemetry::generation());
         return ExitCode::SUCCESS;
     }
-    match parse(&arguments) {
+    match parse(&arguments, id) {
         Ok((folder, life)) => exit_code(id, run(id, connect, &folder, life)),
         Err(wrong) => {
             sys::tell(&format!(
-                "obsid-{id}: {wrong}\nusage: obsid-{id} --run FOLDER [--epoch N] [--cause C] [--parent PID] | --version\n\
-                 Started by the warden of a run (`obsid run --images DIR`).\n"
+                "obsid-{id}: {wrong}\nusage: obsid-{id} --run FOLDER [--epoch N|next] [--cause C] [--parent PID] | --version\n\
+                 Started by the warden of a run (`obsid run --images DIR`) or by a service manager (--epoch next).\n"
             ));
             ExitCode::from(2)
         }
     }
 }
 
-fn parse(arguments: &[String]) -> Result<(PathBuf, Life), String> {
-    let (mut folder, mut life) = (None, Life::default());
+fn parse(arguments: &[String], id: PartitionId) -> Result<(PathBuf, Life), String> {
+    let (mut folder, mut life, mut epoch) = (None, Life::default(), "0");
     for pair in arguments.chunks(2) {
         let [name, value] = pair else { return Err(format!("{}: a value is missing", pair[0])) };
         let number = || value.parse().map_err(|_| format!("{name} {value}: not a whole number"));
         match name.as_str() {
             "--run" => folder = Some(PathBuf::from(value)),
-            "--epoch" => life.epoch = number()?,
+            "--epoch" => epoch = value,
             "--cause" => life.cause = number()?,
             "--parent" => life.parent = Some(number()?),
             _ => return Err(format!("{name}: unknown")),
         }
     }
-    Ok((folder.ok_or("--run FOLDER is missing")?, life))
+    let folder = folder.ok_or("--run FOLDER is missing")?;
+    life.epoch = epoch_of(epoch, &folder, id)?;
+    Ok((folder, life))
+}
+
+/// How often a partition was started before: a number, or `next` to have its starts counted in its
+/// own folder, where no warden counts them.
+///
+/// # Errors
+/// When `text` is neither, or the count cannot be kept.
+pub fn epoch_of(text: &str, folder: &Path, id: PartitionId) -> Result<u32, String> {
+    if text != "next" {
+        return text.parse().map_err(|_| format!("--epoch {text}: neither a whole number nor next"));
+    }
+    let file = RunDir::at(folder).own(id).join("starts");
+    let before = std::fs::read_to_string(&file).ok().and_then(|text| text.parse().ok()).unwrap_or(0_u32);
+    let kept = std::fs::write(&file, (before + 1).to_string());
+    kept.map(|()| before).map_err(|error| format!("{}: {error}", file.display()))
 }
 
 /// Says what went wrong and whether a restart could help.

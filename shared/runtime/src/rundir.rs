@@ -15,7 +15,8 @@ use std::time::Duration;
 use telemetry::PartitionId;
 
 const NAME: &str = "obsid-";
-const SHARED_MEMORY: &str = "/dev/shm";
+/// Where iceoryx2 has its segments: one folder for all runs of a computer.
+pub const SHARED_MEMORY: &str = "/dev/shm";
 /// `sun_path` of `sockaddr_un` without its final zero \[bytes\].
 const SOCKET_PATH_MAX: usize = 107;
 /// Number of this process's next run. `/dev/shm` is one for all parents, so that a number is given
@@ -48,10 +49,10 @@ impl RunDir {
     pub fn iceoryx_root(&self) -> PathBuf {
         self.0.join("iox")
     }
-    /// Folder with the checkpoints of all partitions.
+    /// Folder of `partition` alone: its checkpoints and figures.
     #[must_use]
-    pub fn checkpoints(&self) -> PathBuf {
-        self.0.join("checkpoints")
+    pub fn own(&self, partition: PartitionId) -> PathBuf {
+        self.0.join(partition.text())
     }
     /// The [`RunConfig`] as JSON.
     #[must_use]
@@ -66,7 +67,7 @@ impl RunDir {
     /// Figures of `partition` as JSON, rewritten while it runs.
     #[must_use]
     pub fn statistics(&self, partition: PartitionId) -> PathBuf {
-        self.0.join(format!("{partition}.stats.json"))
+        self.own(partition).join("stats.json")
     }
 
     /// The warden's reports, one JSON object a line.
@@ -88,6 +89,19 @@ impl RunDir {
         }
         let (path, excess) = (self.0.display(), bytes - SOCKET_PATH_MAX);
         Err(io::Error::other(format!("{path}: {excess} bytes too long for the sockets in it; choose a shorter root")))
+    }
+
+    /// Removes every service of the run, whole or half-made; configuration and checkpoints stay.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn clear_services(&self) -> io::Result<()> {
+        remove_shared_memory(self);
+        if self.ready().exists() {
+            fs::remove_file(self.ready())?;
+        }
+        fs::remove_dir_all(self.iceoryx_root())?;
+        fs::create_dir(self.iceoryx_root())
     }
 
     /// Reads the run's configuration.
@@ -123,11 +137,36 @@ impl OwnedRunDir {
             let _ = fs::remove_dir(&dir.0);
             return Err(error);
         }
+        OwnedRunDir::furnish(dir, run)
+    }
+
+    /// Makes the folder at `path`, in the place of one whose keeper is dead, and writes `run` into
+    /// it.
+    ///
+    /// # Errors
+    /// As [`OwnedRunDir::create`]; when a living run has the folder, or the folder is none of a run.
+    pub fn create_at(path: &Path, run: &RunConfig) -> io::Result<Self> {
+        let dir = RunDir(std::path::absolute(path)?);
+        dir.check_length()?;
+        if dir.path().exists() {
+            if is_alive(dir.path()) {
+                return Err(io::Error::other(format!("{}: a run lives there", dir.path().display())));
+            }
+            if !dir.config().exists() {
+                return Err(io::Error::other(format!("{}: not the folder of a run", dir.path().display())));
+            }
+            remove_all(&dir);
+        }
+        make_private(dir.path())?;
+        OwnedRunDir::furnish(dir, run)
+    }
+
+    fn furnish(dir: RunDir, run: &RunConfig) -> io::Result<Self> {
         let lock = File::create(dir.path().join("lock"))?;
         flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
         let owned = OwnedRunDir { dir, _lock: lock };
         fs::create_dir(owned.dir.iceoryx_root())?;
-        fs::create_dir(owned.dir.checkpoints())?;
+        PartitionId::ALL.iter().try_for_each(|&id| fs::create_dir(owned.dir.own(id)))?;
         let text = serde_json::to_string(run).map_err(io::Error::other)?;
         fs::write(owned.dir.config(), text)?;
         Ok(owned)
@@ -151,19 +190,6 @@ impl OwnedRunDir {
                 let _ = fs::remove_file(entry.path());
             }
         }
-    }
-
-    /// Removes every service of the run, whole or half-made; configuration and checkpoints stay.
-    ///
-    /// # Errors
-    /// When the file system refuses.
-    pub fn clear_services(&self) -> io::Result<()> {
-        remove_shared_memory(&self.dir);
-        if self.dir.ready().exists() {
-            fs::remove_file(self.dir.ready())?;
-        }
-        fs::remove_dir_all(self.dir.iceoryx_root())?;
-        fs::create_dir(self.dir.iceoryx_root())
     }
 }
 
@@ -249,6 +275,7 @@ mod tests {
     use rustix::fs::{FlockOperation, flock};
     use std::fs::{self, File};
     use std::path::{Path, PathBuf};
+    use telemetry::PartitionId;
 
     /// A folder for runs that is gone when the test is.
     struct Parent(PathBuf);
@@ -407,14 +434,15 @@ mod tests {
         let owned = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
         let dir = owned.dir();
         let shared = Path::new(SHARED_MEMORY).join(format!("{}half_made", dir.prefix()));
-        let (service, checkpoint) = (dir.iceoryx_root().join("service"), dir.checkpoints().join("checkpoint"));
+        let (service, checkpoint) =
+            (dir.iceoryx_root().join("service"), dir.own(PartitionId::SloshId).join("slosh-id.0"));
         for file in [&shared, &service, &checkpoint, &dir.ready()] {
             fs::write(file, "").unwrap();
         }
-        owned.clear_services().unwrap();
+        owned.dir().clear_services().unwrap();
         let there = [&shared, &service, &dir.ready(), &checkpoint, &dir.config()].map(|file| file.exists());
         assert_eq!(there, [false, false, false, true, true]);
-        owned.clear_services().unwrap();
+        owned.dir().clear_services().unwrap();
     }
 
     #[test]

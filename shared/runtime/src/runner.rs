@@ -320,7 +320,7 @@ impl<L: Link> Runner<L> {
         let last_seq = pacing.permit(number)?;
         let mut wanted = last_seq;
         wanted[TICK.id] = 0;
-        if !self.inbox.has_all(&wanted) {
+        if !self.inbox.has_all(&wanted) || !self.partition.as_mut().is_some_and(|source| source.is_ready(number)) {
             return None;
         }
         Some(Tick {

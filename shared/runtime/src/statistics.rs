@@ -1,6 +1,7 @@
 //! Figures of a partition: what each life's process leaves for the warden, and their sum over all
 //! lives.
 
+use crate::hardening::Hardening;
 use crate::inbox::Counters;
 use crate::latency::FrameTimes;
 use crate::link::Link;
@@ -60,6 +61,9 @@ pub struct PartitionRow {
     pub bytes_sent: u64,
     /// Of the processor and the memory, as the kernel counts.
     pub usage: Usage,
+    /// Barriers around its last life.
+    #[serde(default)]
+    pub hardening: Hardening,
 }
 
 impl PartitionRow {
@@ -100,6 +104,9 @@ pub struct LifeFigures {
     pub allocations_after_start: u64,
     /// Payload that it sent \[bytes\].
     pub bytes_sent: u64,
+    /// Barriers around it.
+    #[serde(default)]
+    pub hardening: Hardening,
 }
 
 impl LifeFigures {
@@ -113,6 +120,7 @@ impl LifeFigures {
         self.times.add(&later.times);
         self.allocations_after_start += later.allocations_after_start;
         self.bytes_sent += later.bytes_sent;
+        self.hardening.clone_from(&later.hardening);
     }
 
     /// The figures in `file`, if a process has left some.
@@ -141,6 +149,7 @@ impl LifeFigures {
             allocations_after_start: self.allocations_after_start,
             bytes_sent: self.bytes_sent,
             usage,
+            hardening: self.hardening.clone(),
             ..PartitionRow::default()
         }
     }
@@ -171,6 +180,11 @@ impl Statistics {
             allocations_at_start: None,
             figures: LifeFigures { epoch: life.epoch, ..LifeFigures::default() },
         }
+    }
+
+    /// Which barriers stand around this life.
+    pub fn hardened(&mut self, hardening: Hardening) {
+        self.figures.hardening = hardening;
     }
 
     /// The figures now, also as a telemetry sample.

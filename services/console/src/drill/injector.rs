@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use telemetry::PartitionId;
 
 /// A run that lasts longer is wedged. The warden's own stall limit is 180 s: it says first what is
 /// wrong.
@@ -279,7 +280,8 @@ impl Injector {
     /// Every cut of every partition's newest checkpoint is as if it were not there.
     fn cut_checkpoints(&mut self) {
         let Some(folder) = &self.folder else { return };
-        for entry in fs::read_dir(RunDir::at(folder).checkpoints()).into_iter().flatten().flatten() {
+        let folders = PartitionId::ALL.iter().map(|&id| RunDir::at(folder).own(id));
+        for entry in folders.filter_map(|own| fs::read_dir(own).ok()).flatten().flatten() {
             let Ok(bytes) = fs::read(entry.path()) else { continue };
             if !checkpoint::is_whole(&bytes) {
                 continue;

@@ -20,7 +20,7 @@ impl<L: Link> Runner<L> {
                 is_first && partition == id && at == frame && point == KillPoint::Frame
             }
             Fault::KillAlways { partition, frame: at } => partition == id && frame >= at && point == KillPoint::Frame,
-            Fault::Corrupt { .. } => false,
+            Fault::Corrupt { .. } | Fault::Probe { .. } => false,
         })
     }
 

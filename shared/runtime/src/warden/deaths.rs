@@ -70,7 +70,7 @@ impl Warden<'_> {
         }
         (self.services_exist, self.first_end) = (false, None);
         self.pipe = LineBuffer::default();
-        self.owned.clear_services().map_err(|error| format!("services cannot be removed: {error}"))
+        self.owned.dir().clear_services().map_err(|error| format!("services cannot be removed: {error}"))
     }
 
     /// Into the log; the figures of the life that ended are kept.

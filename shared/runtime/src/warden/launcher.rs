@@ -14,11 +14,14 @@ pub struct Launcher {
     /// ... or, as in an on-board computer's image,
     /// `images/obsid-NAME --run FOLDER --epoch N --cause C`.
     pub images: Option<PathBuf>,
+    /// The source's image is that of the gateway.
+    pub is_fed: bool,
 }
 
 impl Launcher {
     pub(super) fn command(&self, id: PartitionId, folder: &std::path::Path, life: Life) -> Command {
         let mut command = match &self.images {
+            Some(images) if self.is_fed && id == PartitionId::SensorSim => Command::new(images.join("obsid-gateway")),
             Some(images) => Command::new(images.join(format!("obsid-{id}"))),
             None => Command::new(&self.program),
         };

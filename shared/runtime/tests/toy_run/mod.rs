@@ -15,6 +15,7 @@ pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
         period_ns: 10_000_000,
         seed: 1,
         replay: None,
+        feed: None,
         record: PathBuf::from("nowhere.mcap"),
         record_all: false,
         trace: None,
