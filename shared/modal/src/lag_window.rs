@@ -195,7 +195,7 @@ mod tests {
         for window in WINDOWS {
             let w = |n: usize| {
                 let cosine = |j: usize| libm::cos(core::f64::consts::TAU * j as f64 * (n as f64 + 0.5) / STEPS as f64);
-                let sign = |j: usize| if j % 2 == 0 { 2.0 } else { -2.0 };
+                let sign = |j: usize| if j.is_multiple_of(2) { 2.0 } else { -2.0 };
                 window.cosines[0]
                     + (1..window.cosines.len()).map(|j| sign(j) * window.cosines[j] * cosine(j)).sum::<f64>()
             };

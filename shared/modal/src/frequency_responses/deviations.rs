@@ -48,12 +48,13 @@ fn covariance(lines: &ResponseLines, found: &Refined) -> Option<Mat<f64>> {
     let mut covariance = inverse(&information)?;
     if let Some(window) = fit.window {
         covariance = sandwich(&information, &of_windows(lines, fit, window))?;
-    } else if !found.correlations.is_empty() {
+    }
+    // Residuals that are correlated over more lines than a window makes them have a remainder of the
+    // model in them.
+    if found.correlations.len() > fit.reach() {
         let (by_correlation, by_lines) = scores(found);
         covariance = at_least(&sandwich(&information, &by_correlation)?, &covariance);
-        if !found.is_noise() {
-            covariance = at_least(&sandwich(&information, &by_lines)?, &covariance);
-        }
+        covariance = at_least(&sandwich(&information, &by_lines)?, &covariance);
     }
     for (p, error) in fit.model_error.iter().enumerate() {
         covariance[(p, p)] += error * error;

@@ -41,6 +41,11 @@ pub(super) struct Fit {
 }
 
 impl Fit {
+    /// Neighbours with which the window correlates a line.
+    pub fn reach(&self) -> usize {
+        self.window.map_or(0, |window| window.of_neighbours().len() - 1)
+    }
+
     /// Twice the negative log-likelihood of normal residuals, up to a constant.
     fn cost(&self) -> f64 {
         self.at.squares - 2.0 * self.noise.weights.iter().flatten().map(|w| libm::log(*w)).sum::<f64>()
@@ -109,8 +114,7 @@ pub(super) fn refined(lines: &ResponseLines, poles: &[c64]) -> Option<Refined> {
 /// The fit with a mode above the lines beside those of `found`, where the residual is correlated
 /// over more lines than the window makes it and the mode pays for its unknowns.
 fn with_mode_above(lines: &ResponseLines, found: Refined) -> Refined {
-    let reach = found.fit.window.map_or(0, |window| window.of_neighbours().len() - 1);
-    if found.correlations.len() <= reach || found.fit.held {
+    if found.correlations.len() <= found.fit.reach() || found.fit.held {
         return found;
     }
     let (poles, last) = (&found.fit.at.poles, lines.last());
