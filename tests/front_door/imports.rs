@@ -74,13 +74,14 @@ fn is_normal(dependency: &Value) -> bool {
 const ROOMS: &[(&str, &[&str])] = &[
     ("telemetry", &[]),
     ("estimation", &[]),
+    ("units", &[]),
     ("channels", &["estimation"]),
     ("dynamics", &["estimation"]),
     ("catalogue", &["dynamics"]),
-    ("plant-file", &["catalogue", "dynamics", "telemetry"]),
+    ("plant-file", &["catalogue", "dynamics", "telemetry", "units"]),
     ("simulation", &["channels", "dynamics"]),
     ("identification", &["catalogue", "channels", "dynamics", "estimation"]),
-    ("recording", &["channels", "telemetry"]),
+    ("recording", &["channels", "telemetry", "units"]),
     ("examination", &["channels", "estimation", "identification"]),
     (
         "discovery",

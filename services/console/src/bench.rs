@@ -28,8 +28,11 @@ pub struct Arguments {
     #[arg(long)]
     start: Option<f64>,
     /// One JSON object on standard output
-    #[arg(long)]
+    #[arg(long, conflicts_with = "md")]
     json: bool,
+    /// A table of Markdown, as in deploy/measured.md
+    #[arg(long)]
+    md: bool,
 }
 
 /// The benchmark problems.
@@ -100,21 +103,38 @@ enum Problem {
 /// # Errors
 /// [`Failure::Run`] when the truth has no Cramér–Rao bound.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut answers = Answers { as_json: arguments.json, objects: Vec::new() };
+    let form = match (arguments.json, arguments.md) {
+        (true, _) => Form::Object,
+        (_, true) => Form::Markdown,
+        _ => Form::Text,
+    };
+    let mut answers = Answers { form, objects: Vec::new() };
     answer(arguments, &mut answers)?;
     answers.end();
     Ok(())
 }
 
+/// How answers are written.
+enum Form {
+    Text,
+    Markdown,
+    Object,
+}
+
 /// Answers of the benchmarks of a problem: tables as they come, objects together in one.
 struct Answers {
-    as_json: bool,
+    form: Form,
     objects: Vec<String>,
 }
 
 impl Answers {
-    fn add(&mut self, table: impl FnOnce() -> String, object: impl FnOnce() -> String) {
-        if self.as_json { self.objects.push(object()) } else { print(&table()) }
+    /// An answer that has no table of Markdown is the one of a terminal, line by line.
+    fn add(&mut self, table: impl FnOnce() -> String, markdown: Option<String>, object: impl FnOnce() -> String) {
+        match self.form {
+            Form::Object => self.objects.push(object()),
+            Form::Markdown => print(&markdown.unwrap_or_else(|| format!("```\n{}```\n", table()))),
+            Form::Text => print(&table()),
+        }
     }
 
     /// The only object as it is, several as `benchmarks` of one.
@@ -164,7 +184,7 @@ fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
         }
         Problem::Dynamics => {
             let cases = evaluation::cases(&runtime::sys::allocations);
-            to.add(|| evaluation::table(&cases), || evaluation::json(&cases));
+            to.add(|| evaluation::table(&cases), None, || evaluation::json(&cases));
             Ok(())
         }
     }
@@ -222,7 +242,7 @@ fn measure(arguments: &Arguments, to: &mut Answers, benchmark: &impl Benchmark) 
     let answers = campaign.run(benchmark, &|| bar.inc(1));
     bar.finish_and_clear();
     let report = campaign.report(benchmark, &parameters, &answers);
-    to.add(|| report.table(), || report.json());
+    to.add(|| report.table(), Some(report.markdown()), || report.json());
     Ok(())
 }
 
@@ -232,7 +252,7 @@ fn judge(arguments: &Arguments, to: &mut Answers, choice: &slosh::tank_model::Ta
     let verdicts = slosh::suspension::verdicts(choice, &campaign, &|| bar.inc(1));
     bar.finish_and_clear();
     let verdicts = verdicts.ok_or_else(|| Failure::Run("bp2-suspension: no record could be judged".into()))?;
-    to.add(|| verdicts.table(), || verdicts.json());
+    to.add(|| verdicts.table(), None, || verdicts.json());
     Ok(())
 }
 

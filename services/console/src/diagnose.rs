@@ -31,11 +31,12 @@ use discovery::against_plant::examine_beside;
 use discovery::diagnose::{Diagnosis, Options};
 use discovery::engine::Engine;
 use discovery::mislabelled::Mislabelled;
+use discovery::planned_work;
 use dynamics::description::Plant;
 use examination::doctor::Finding;
 use files::OutFiles;
 use identification::problem::Problem;
-use identification::work::{LABEL_CHECK_SHARE, Watch};
+use identification::work::{LABEL_CHECK_SHARE, Watch, Work};
 use labels::{Labels, look_at_labels};
 use modes_file::ModesFile;
 use recording::Spectrum;
@@ -205,18 +206,24 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     let (mut problem, mut options) = problems(&case, arguments)?;
     let watch = Watch::stopped_by(interrupt::flag()?);
     let most = arguments.effort.work();
-    let phases = Phases::new(watch.clone(), most, arguments.progress);
+    let phases = Phases::new(watch.clone(), arguments.progress);
     phases.begin(Stage::Labels);
     let most_for_labels = LABEL_CHECK_SHARE * most;
     let trusted = arguments.trust_labels;
+    let planned = problem.as_ref().and_then(|problem| planned_work(problem, options.held_out.as_ref()));
+    let [of_labels, of_search] = planned.unwrap_or_default();
+    let (of_examination, of_search) = (examination_work(&case), of_search.min(most));
+    watch.plan(if trusted { 0.0 } else { of_labels.min(most_for_labels) }, of_examination + of_search);
     let Labels { labels, spent, left_out } =
         if trusted { Labels::trusted(&case) } else { look_at_labels(&case, most_for_labels, &watch) };
     phases.begin(Stage::Examine);
+    watch.plan(of_examination, of_search);
     let findings = examine_all(&case, &labels, &watch);
     if labels.iter().any(Option::is_some) {
         case.put_right(&labels);
         (problem, options) = problems(&case, arguments)?;
     }
+    watch.plan(0.0, of_search);
     options.work_max = most - spent.min(most_for_labels);
     options.watch = watch.clone();
     let mut diagnosis = match &problem {
@@ -395,11 +402,24 @@ fn problem(case: &Case, loaded: &[Loaded], flag: &str) -> Result<Problem, Failur
 /// An interruption leaves the rest of the recordings out.
 fn examine_all(case: &Case, labels: &[Option<Mislabelled>], watch: &Watch) -> Vec<(usize, Finding)> {
     let mut all = Vec::new();
+    let work = Work::watched(f64::INFINITY, watch.clone());
     for (k, (one, label)) in case.fitted.iter().zip(labels).enumerate().take_while(|_| !watch.is_stopped()) {
+        work.add(EXAMINATION_WORK * readings(one));
         let found = examine_beside(&one.recording, &case.plant, label.as_ref(), &mut |_| {});
         all.extend(found.into_iter().map(|finding| (k, finding)));
     }
     all
+}
+
+/// Work of the examination of a reading, counted as that of the search: about 15 us.
+const EXAMINATION_WORK: f64 = 1.5e4;
+
+fn examination_work(case: &Case) -> f64 {
+    EXAMINATION_WORK * case.fitted.iter().map(readings).sum::<f64>()
+}
+
+fn readings(loaded: &Loaded) -> f64 {
+    loaded.recording.channels.iter().map(|channel| channel.value.len() as f64).sum()
 }
 
 /// Every file that is read.

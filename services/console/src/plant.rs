@@ -8,6 +8,8 @@ mod parameters;
 mod propose;
 mod words;
 
+pub use propose::plain;
+
 use crate::Failure;
 use std::path::Path;
 

@@ -2,6 +2,7 @@
 //! work on.
 
 use crate::Failure;
+use crate::plant::plain;
 use channels::{Channel, Recording, Role};
 use dynamics::description::Plant;
 use recording::units::NOT_STATED;
@@ -103,12 +104,30 @@ fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<
         let SeriesSet { mut recording, mut notes, origin_s, .. } = set;
         recording.name = name;
         if let Some(plant) = plant {
+            notes.extend(called_as_in_the_plant(&mut recording, plant));
             notes.extend(names_of_the_plant(&recording, plant)?);
             recording.channels.iter_mut().for_each(|channel| channel.role = role(&channel.name, plant));
         }
         loaded.push(Loaded { file: file.clone(), recording, notes, origin_s, digest: digest.clone() });
     }
     Ok(loaded)
+}
+
+/// A plant file holds letters, digits and underscores: `Soll-Moment` of a file is `Soll_Moment`
+/// there, where neither has another of that name.
+fn called_as_in_the_plant(recording: &mut Recording, plant: &Plant) -> Vec<String> {
+    let recorded: Vec<String> = recording.channels.iter().map(|channel| channel.name.clone()).collect();
+    let is_known = |name: &str| plant.actuator(name).is_some() || plant.sensor(name).is_some();
+    let only = |name: &str| recorded.iter().filter(|other| plain(other) == name).count() == 1;
+    let mut notes = Vec::new();
+    for channel in recording.channels.iter_mut().filter(|channel| !is_known(&channel.name)) {
+        let written = plain(&channel.name);
+        if is_known(&written) && only(&written) {
+            notes.push(format!("channel '{}' is '{written}' of the plant", channel.name));
+            channel.name = written;
+        }
+    }
+    notes
 }
 
 /// What a plant says of a channel of this name.

@@ -76,6 +76,38 @@ impl Report {
     }
 }
 
+impl Report {
+    /// A row for each method, as a table of Markdown.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let Report { problem, trials, seed, .. } = self;
+        let mut text = format!(
+            "| {problem}, {trials} records, seed {seed} | RMSE/CRLB | NEES (expected) | coverage of 95 % | RMSE [%] | failed, missed, spurious |\n|---|---|---|---|---|---|\n"
+        );
+        for method in &self.methods {
+            let of = |f: &dyn Fn(&ParameterReport) -> Option<f64>, digits: usize| {
+                method.parameters.iter().map(|own| number(f(own), digits)).collect::<Vec<_>>().join(" ")
+            };
+            let ratio = method.geomean_rmse_over_crlb;
+            let _ = writeln!(
+                text,
+                "| {} | {} ± {} | {} ({}) | {} | {} | {}, {}, {} |",
+                method.name,
+                number(ratio, 3),
+                number(ratio.zip(method.geomean_sd).map(|(mean, sd)| mean * sd), 3),
+                number(method.nees, 2),
+                method.dof,
+                of(&|own| own.coverage95, 3),
+                of(&|own| own.rmse_percent, 3),
+                method.failed,
+                method.missed,
+                method.spurious
+            );
+        }
+        text
+    }
+}
+
 impl MethodReport {
     fn append_to(&self, text: &mut String) {
         let _ = writeln!(

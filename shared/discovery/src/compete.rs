@@ -25,6 +25,7 @@ pub(crate) use refit::augmented;
 pub use refit::{FittedModel, free_parameters, refit_all, settled};
 pub use subsets::{Ranking, Subset, rank};
 
+use crate::outline::{COMPLETION_SETS, SET_ROUNDS};
 use crate::score::{Column, Score, scores};
 use identification::dot::dot;
 use identification::filter::NoiseModel;
@@ -114,7 +115,10 @@ pub fn compete(
 ) -> Outcome {
     let samples = libm::log(session.samples.max(2) as f64);
     let mut outcome = Outcome { hypotheses: Vec::new(), null: nominal.objective, samples, work_each: 0.0 };
-    outcome.enter(session, nominal, columns, ranking, &ranking.shortlist(columns, samples, alpha));
+    let list = ranking.shortlist(columns, samples, alpha);
+    let sets = if list.is_empty() { 0.0 } else { list.len() as f64 + COMPLETION_SETS };
+    session.work.plan_now(sets * SET_ROUNDS * session.round_work());
+    outcome.enter(session, nominal, columns, ranking, &list);
     outcome
 }
 
@@ -237,6 +241,10 @@ impl Outcome {
             if many == 0 {
                 break;
             }
+            if !is_first {
+                let is_complete = self.hypotheses.iter().any(|own| own.is_compared);
+                self.plan(session, rest.len() as f64 + if is_complete { 0.0 } else { COMPLETION_SETS });
+            }
             let (own, behind) = rest.split_at(rest.len().min(many));
             rest = behind;
             let before = session.work.spent();
@@ -253,6 +261,11 @@ impl Outcome {
         }
         self.settle(null, &ranking.multiplicity);
         list.len() - rest.len()
+    }
+
+    /// Plans the work of `sets` more.
+    pub(crate) fn plan(&self, session: &EstimationSession<'_>, sets: f64) {
+        session.work.plan_now(sets * self.work_each);
     }
 
     /// Recomputes ratios, p, BIC and order against a nominal plant of objective `null`.

@@ -50,6 +50,7 @@ use search::searched;
 
 use crate::compete::FittedModel;
 use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
+use crate::outline::Outline;
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
 use identification::fit::bounded::bounded;
@@ -147,7 +148,7 @@ struct Unfitted {
 }
 
 /// Diagnoses `problem`: the whole sequence above, from the nominal fit to the report. `progress`
-/// receives a phase and the share done.
+/// receives a phase and the share of the planned work that is done.
 ///
 /// A problem that cannot be decided (too few samples, a constant channel, a fit that fails) is a
 /// [`Diagnosis`] with the verdict [`Verdict::CannotDecide`] and the reason, never an error. The
@@ -184,9 +185,10 @@ fn run(
     work: &Arc<Work>,
     progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<Diagnosis, String> {
-    progress(Phase::Fit, 0.0);
     let session =
         EstimationSession::counted(problem, options.threads, work.clone()).map_err(|error| error.to_string())?;
+    let mut outline = Outline::new(&session, options.held_out.is_some(), progress);
+    outline.begin(Phase::Fit);
     if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
     }
@@ -197,19 +199,22 @@ fn run(
     if session.work.is_stopped() {
         return Err(INTERRUPTED_EARLY.to_owned());
     }
-    progress(Phase::Noise, 0.1);
+    outline.begin(Phase::Noise);
     let mut notes = problem.notes.clone();
     let bare = standing(&session, &stated)?;
     let noise_p = verdict::noise_p(&session, &stated, &bare.fit, &bare.noise, bare.objective);
+    outline.noise_found(noise_p);
     let begun = session.work.spent();
-    let mut found = searched(&session, (bare.clone(), Rc::default()), options, progress)?;
+    let mut found = searched(&session, (bare.clone(), Rc::default()), options, &mut outline)?;
     let search = session.work.spent() - begun;
-    progress(Phase::HeldOut, 0.85);
+    outline.begin(Phase::HeldOut);
     let mut selection = select_on_held_out(problem, (&session, &stated), &mut found, options, &mut notes);
     let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
     if is_open && session.work.allows(search, "effects of low significance") {
-        progress(Phase::LowSignificance, 0.9);
-        let confirmed = suspicion::confirmed(problem, (&session, &stated), (&bare, &found), options, &mut notes);
+        outline.begin(Phase::LowSignificance);
+        let confirmed = outline.within(|outline| {
+            suspicion::confirmed(problem, (&session, &stated), (&bare, &found), (options, outline), &mut notes)
+        });
         if let Some(confirmed) = confirmed {
             (found, selection) = confirmed;
         }
@@ -220,10 +225,10 @@ fn run(
         }
         _ => None,
     };
-    progress(Phase::OneParameterLaw, 0.93);
+    outline.begin(Phase::OneParameterLaw);
     let one_parameter_law =
         parsimony::more_parsimonious_law(&session, &bare, (&found.best, &found.adopted), &found.screening);
-    progress(Phase::UnknownLaw, 0.95);
+    outline.begin(Phase::UnknownLaw);
     // an effect that another recording rejects explained something here all the same
     let whole = selection.rejected.first().map_or(&found.best, |(_, with)| with);
     let looks = session.work.goes_on(Phase::UnknownLaw.words());
@@ -234,7 +239,7 @@ fn run(
     let left = left_over(&session, whole)?;
     let explained = (bare.objective - whole.objective).max(0.0);
     notes.extend(session.work.note());
-    progress(Phase::Report, 0.97);
+    outline.begin(Phase::Report);
     let mut diagnosis = verdict::conclude(&verdict::Findings {
         session: &session,
         stated: &stated,

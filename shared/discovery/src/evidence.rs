@@ -42,6 +42,7 @@ mod temper;
 mod timing;
 
 use crate::diagnose::{Diagnosis, Options, Phase, insufficient_data, nominal, within_limit};
+use crate::outline::Outline;
 use identification::fit::{EstimationSession, Fit};
 use identification::problem::Problem;
 use identification::work::Work;
@@ -63,18 +64,19 @@ fn run(
     work: &Arc<Work>,
     progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<Diagnosis, String> {
-    progress(Phase::Fit, 0.0);
     let session =
         EstimationSession::counted(problem, options.threads, work.clone()).map_err(|error| error.to_string())?;
+    let mut outline = Outline::new(&session, options.held_out.is_some(), progress);
+    outline.begin(Phase::Fit);
     if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
     }
     let stated = nominal(&session)?;
-    progress(Phase::Noise, 0.1);
+    outline.begin(Phase::Noise);
     let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
-    progress(Phase::Compare, 0.2);
-    let pool = search::searched(&session, bare, options);
-    progress(Phase::UnknownLaw, 0.9);
+    outline.begin(Phase::Compare);
+    let pool = search::searched(&session, bare, options, &mut outline);
+    outline.begin(Phase::UnknownLaw);
     let own = session.in_parts(pool.parts).map_err(|error| error.to_string())?;
     let goes_on = session.work.goes_on(Phase::UnknownLaw.words());
     let law = if goes_on { law::missing(Ground { session: &own }, &pool) } else { None };
@@ -87,7 +89,7 @@ fn run(
         notes.push("the repeat was not used".to_owned());
     }
     notes.extend(session.work.note());
-    progress(Phase::Report, 0.97);
+    outline.begin(Phase::Report);
     Ok(answer::answered(&own, &pool, law.as_ref(), notes))
 }
 

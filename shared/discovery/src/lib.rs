@@ -44,8 +44,11 @@ pub mod features;
 pub mod mislabelled;
 pub mod next_experiment;
 pub mod omnibus;
+mod outline;
 pub mod score;
 pub mod unknown_law;
+
+pub use outline::planned as planned_work;
 
 #[cfg(test)]
 #[path = "../../identification/src/noise.rs"]

@@ -167,6 +167,7 @@ fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Ex
     if is_near(&explained.before) {
         return Some(explained);
     }
+    evaluator.plan_hypotheses(recording, hypotheses(recording, evaluator.plant).len());
     explained.list = nearer(evaluator, recording, ParameterChoice::Fitted, ranked(evaluator, recording));
     if !explained.list.iter().any(|found| explained.holds(evaluator.plant, found)) {
         explained.list = nearer(evaluator, recording, ParameterChoice::ByContinuation, explained.list);

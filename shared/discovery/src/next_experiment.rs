@@ -18,6 +18,7 @@ use channels::Recording;
 use dynamics::description::{Plant, Quantity, Signal, SignalKind};
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Problem;
+use identification::work::Work;
 use simulation::record;
 
 /// An entry of the menu with its discriminating power.
@@ -36,6 +37,8 @@ pub struct Experiment {
 pub const SEPARATES: f64 = 3.0;
 /// Bound of the control periods of a simulated entry.
 const PERIODS_MAX: f64 = 20_000.0;
+/// Profiles of one input.
+const PROFILES: usize = 5;
 /// Scales of references and of initial states.
 const SCALES: [f64; 2] = [0.3, 2.0];
 
@@ -54,14 +57,15 @@ pub struct Question<'a> {
 }
 
 /// All feasible entries by falling discriminating power. Cost: for each entry a simulation, a
-/// linearisation and two columns.
-pub fn menu(question: &Question<'_>, threads: usize) -> Vec<Experiment> {
+/// linearisation and two columns,
+/// counted beside `work`.
+pub fn menu(question: &Question<'_>, threads: usize, work: &Work) -> Vec<Experiment> {
     let period_s = question.plant.simulation.period_s;
     let duration_s = question.duration_s.min(PERIODS_MAX * period_s);
-    let mut list: Vec<Experiment> = entries(question, duration_s)
+    let mut list: Vec<Experiment> = flyable(question, duration_s)
         .into_iter()
         .filter_map(|(name, plant)| {
-            let d = power(question, &plant, duration_s, threads)?;
+            let d = power(question, &plant, duration_s, (threads, work))?;
             Some(Experiment { name, plant, duration_s, d })
         })
         .collect();
@@ -69,7 +73,13 @@ pub fn menu(question: &Question<'_>, threads: usize) -> Vec<Experiment> {
     list
 }
 
-fn entries(question: &Question<'_>, duration_s: f64) -> Vec<(String, Plant)> {
+/// About how many entries the menu of a plant has.
+pub(crate) fn entries(plant: &Plant) -> usize {
+    let free = plant.actuators.iter().filter(|actuator| !actuator.kind.is_imposed());
+    1 + PROFILES * free.count() + SCALES.len()
+}
+
+fn flyable(question: &Question<'_>, duration_s: f64) -> Vec<(String, Plant)> {
     let plant = question.plant;
     let mut list = vec![("the same once more".to_owned(), plant.clone())];
     for (index, actuator) in plant.actuators.iter().enumerate() {
@@ -154,13 +164,13 @@ fn profiles(limit: f64, duration_s: f64, period_s: f64) -> Vec<(&'static str, Si
 }
 
 /// Discriminating power of one entry; `None` where it is not feasible or shows neither effect.
-fn power(question: &Question<'_>, with: &Plant, duration_s: f64, threads: usize) -> Option<f64> {
+fn power(question: &Question<'_>, with: &Plant, duration_s: f64, (threads, work): (usize, &Work)) -> Option<f64> {
     let recording = flown(with, duration_s)?;
     let mut plant = with.clone();
     plant.effects.retain(|used| used.kind != question.first.effect.kind || used.site != question.first.site);
     let plant = &plant;
     let problem = Problem::new(plant, &[recording], &[]).ok()?;
-    let session = EstimationSession::new(&problem, threads).ok()?;
+    let session = EstimationSession::counted(&problem, threads, work.beside()).ok()?;
     let theta = session.prior();
     let mut linearised = LinearisedProblem::new(&session, plant, &theta, &session.noise).ok()?;
     linearised.take_jacobian(&session, plant, &theta);

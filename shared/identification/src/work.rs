@@ -13,7 +13,12 @@
 //! A [`Watch`] lets another thread see the count and stop the search: from then on there is no room
 //! for anything, as if the limit were met.
 
+mod outlook;
+
+pub use outlook::{Plan, share_done};
+
 use dynamics::system::System;
+use outlook::Plans;
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -45,17 +50,45 @@ const COST_PRODUCT: f64 = 0.5;
 pub struct Watch {
     counted: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
+    plans: Plans,
 }
 
 impl Watch {
     /// A watch that stops its counts once `stop` is set.
     pub fn stopped_by(stop: Arc<AtomicBool>) -> Self {
-        Self { counted: Arc::default(), stop }
+        Self { stop, ..Self::default() }
     }
 
     /// What all its counts have spent, together.
     pub fn counted(&self) -> f64 {
         self.counted.load(Ordering::Relaxed) as f64
+    }
+
+    /// Plans `now` more work for the part that is being done, and `then` after it.
+    pub fn plan(&self, now: f64, then: f64) {
+        self.plans.make(self.counted(), now, then);
+    }
+
+    /// Plans `now` more work for the part that is being done; what follows it stays.
+    pub fn plan_now(&self, now: f64) {
+        self.plans.renew(self.counted(), now);
+    }
+
+    /// Everything that was planned so far, in order.
+    pub fn plans(&self) -> Vec<Plan> {
+        self.plans.all()
+    }
+
+    /// Share of the planned work that is done; it never goes back.
+    pub fn share(&self) -> f64 {
+        share_done(&self.plans(), self.counted())
+    }
+
+    /// Share of the planned work that is done by the last plan alone.
+    pub fn outlook(&self) -> f64 {
+        let counted = self.counted();
+        let whole = self.plans.last().whole(counted);
+        if whole > 0.0 { (counted / whole).min(1.0) } else { 0.0 }
     }
 
     /// Its counts have no room any more.
@@ -107,6 +140,30 @@ impl Work {
         let (most, end) = (left(whole.most()), left(whole.end));
         let own = Self { end, whole: Some(whole.clone()), ..Self::watched(most, whole.watch.clone()) };
         Arc::new(own)
+    }
+
+    /// Plans `now` more for the part that is being done, within what fits may still cost, and
+    /// `then` after it.
+    pub fn plan(&self, now: f64, then: f64) {
+        self.watch.plan(now.min((self.end - self.spent()).max(0.0)), then);
+    }
+
+    /// Plans `now` more for the part that is being done; what follows it stays.
+    pub fn plan_now(&self, now: f64) {
+        self.watch.plan_now(now.min((self.end - self.spent()).max(0.0)));
+    }
+
+    /// Share of the planned work that is done.
+    pub fn share_planned(&self) -> f64 {
+        self.watch.share()
+    }
+
+    /// Work that is seen with this one's, by a limit of its own: what it costs leaves nothing out
+    /// here, and no interruption ends it.
+    #[must_use]
+    pub fn beside(&self) -> Arc<Self> {
+        let watch = Watch { stop: Arc::default(), ..self.watch.clone() };
+        Arc::new(Self::watched(NORMAL_WORK, watch))
     }
 
     /// Counts work as spent; threads may count at once, the sum does not depend on their order.

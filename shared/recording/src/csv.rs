@@ -19,7 +19,7 @@ use crate::table::{Column, Table};
 use crate::text::at_most::{AtMost, unpacked_max};
 use crate::text::cells::Cells;
 use crate::text::dialect::{self, Layout};
-use crate::text::encoding::{Encoding, Utf16, text_of};
+use crate::text::encoding::{Encoding, Returns, Utf16, text_of};
 use crate::text::lines::Lines;
 use crate::text::printable;
 use crate::text::stamps::Form;
@@ -98,6 +98,9 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, bool), RecordingError> {
     let encoding = source.fill_buf().ok().and_then(Encoding::of).unwrap_or(Encoding::Bytes);
     if encoding != Encoding::Bytes {
         source = Box::new(BufReader::new(Utf16::new(source, encoding == Encoding::Utf16Little)));
+    }
+    if source.fill_buf().is_ok_and(Returns::<()>::are_in) {
+        source = Box::new(BufReader::new(Returns(source)));
     }
     Ok((source, gzipped))
 }

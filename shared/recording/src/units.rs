@@ -1,15 +1,17 @@
-//! Units accepted in files, and what they are in SI: the one table.
+//! Units of channels: which SI unit a spelling is converted to.
 //!
-//! Values are converted once, at this border: `SI = value * multiply / divide + offset`. Powers of
-//! ten divide or multiply by an exact number, so that 5 ms is the f64 nearest to 0.005.
+//! The spellings are those of [`units`]. Values are converted once, at this border:
+//! `SI = value * multiply / divide + offset`. Powers of ten divide or multiply by an exact number,
+//! so that 5 ms is the f64 nearest to 0.005.
 
-mod composed;
+use crate::error::nearest;
+use std::sync::LazyLock;
+use units::{Fault, Spelled, is_symbol, plain, spelled, spelled_with_gram, symbols};
 
-use core::f64::consts::PI;
-
-/// One spelling of a unit.
+/// A unit of a file's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
+    /// As [`UNITS`] writes it, else its SI unit.
     pub symbol: &'static str,
     /// The SI unit it is converted to.
     pub si: &'static str,
@@ -26,125 +28,148 @@ impl Unit {
         // A sum with 0 would turn -0 into 0: what is SI already stays bit for bit what it is.
         if self.offset == 0.0 { scaled } else { scaled + self.offset }
     }
-}
 
-const fn u(symbol: &'static str, si: &'static str, multiply: f64, divide: f64) -> Unit {
-    Unit { symbol, si, multiply, divide, offset: 0.0 }
+    fn of(symbol: &'static str, si: &'static str, unit: &units::Unit) -> Self {
+        let [multiply, divide, offset] = unit.conversion();
+        Unit { symbol, si, multiply, divide, offset }
+    }
+
+    /// A unit that is `multiply / divide` of the SI unit `si`.
+    pub(crate) fn scaled(si: &'static str, multiply: f64, divide: f64) -> Self {
+        Unit { symbol: si, si, multiply, divide, offset: 0.0 }
+    }
+
+    /// Of a number whose unit is not stated.
+    pub(crate) fn not_stated() -> Self {
+        Unit::scaled(NOT_STATED, 1.0, 1.0)
+    }
 }
 
 /// Unit of a channel whose file states none: no unit of a plant equals it.
 pub const NOT_STATED: &str = "?";
 
-/// Standard gravity [m/s^2], exact by definition (CGPM 1901).
-const G0_M_S2: f64 = 9.806_65;
+/// Alone, each may be two things, a gauss or a standard gravity.
+const AMBIGUOUS: &[&str] = &["G", "mG", "uG", "nG"];
 
-/// Every accepted unit.
-pub static UNITS: &[Unit] = &[
-    u("-", "-", 1.0, 1.0),
-    u("%", "-", 1.0, 100.0),
-    u("s", "s", 1.0, 1.0),
-    u("ms", "s", 1.0, 1e3),
-    u("us", "s", 1.0, 1e6),
-    u("ns", "s", 1.0, 1e9),
-    u("min", "s", 60.0, 1.0),
-    u("h", "s", 3600.0, 1.0),
-    u("d", "s", 86_400.0, 1.0),
-    u("Hz", "Hz", 1.0, 1.0),
-    u("kHz", "Hz", 1e3, 1.0),
-    u("m", "m", 1.0, 1.0),
-    u("cm", "m", 1.0, 1e2),
-    u("mm", "m", 1.0, 1e3),
-    u("um", "m", 1.0, 1e6),
-    u("km", "m", 1e3, 1.0),
-    u("in", "m", 0.0254, 1.0),
-    u("ft", "m", 0.3048, 1.0),
-    u("m/s", "m/s", 1.0, 1.0),
-    u("mm/s", "m/s", 1.0, 1e3),
-    u("km/s", "m/s", 1e3, 1.0),
-    u("m/s^2", "m/s^2", 1.0, 1.0),
-    u("mm/s^2", "m/s^2", 1.0, 1e3),
-    u("g", "m/s^2", G0_M_S2, 1.0),
-    u("mg", "m/s^2", G0_M_S2, 1e3),
-    u("ug", "m/s^2", G0_M_S2, 1e6),
-    u("m/s^3", "m/s^3", 1.0, 1.0),
-    u("m^2", "m^2", 1.0, 1.0),
-    u("m^3", "m^3", 1.0, 1.0),
-    u("1/s", "1/s", 1.0, 1.0),
+/// The SI units of channels and the usual units of each: what a hint lists.
+const LISTED: &[(&str, &str)] = &[
+    ("-", "-"),
+    ("%", "-"),
+    ("s", "s"),
+    ("ms", "s"),
+    ("us", "s"),
+    ("ns", "s"),
+    ("min", "s"),
+    ("h", "s"),
+    ("d", "s"),
+    ("Hz", "Hz"),
+    ("kHz", "Hz"),
+    ("m", "m"),
+    ("cm", "m"),
+    ("mm", "m"),
+    ("um", "m"),
+    ("km", "m"),
+    ("in", "m"),
+    ("ft", "m"),
+    ("m/s", "m/s"),
+    ("mm/s", "m/s"),
+    ("km/s", "m/s"),
+    ("m/s^2", "m/s^2"),
+    ("mm/s^2", "m/s^2"),
+    ("g", "m/s^2"),
+    ("mg", "m/s^2"),
+    ("ug", "m/s^2"),
+    ("m/s^3", "m/s^3"),
+    ("m^2", "m^2"),
+    ("m^3", "m^3"),
+    ("1/s", "1/s"),
     // Frequency responses: receptance, mobility, accelerance, and those of a torque.
-    u("m/N", "m/N", 1.0, 1.0),
-    u("m/s/N", "m/s/N", 1.0, 1.0),
-    u("m/s^2/N", "m/s^2/N", 1.0, 1.0),
-    u("rad/N/m", "rad/N/m", 1.0, 1.0),
-    u("rad/s/N/m", "rad/s/N/m", 1.0, 1.0),
-    u("rad/s^2/N/m", "rad/s^2/N/m", 1.0, 1.0),
-    u("rad", "rad", 1.0, 1.0),
-    u("mrad", "rad", 1.0, 1e3),
-    u("deg", "rad", PI, 180.0),
-    u("rev", "rad", 2.0 * PI, 1.0),
-    u("rad/s", "rad/s", 1.0, 1.0),
-    u("mrad/s", "rad/s", 1.0, 1e3),
-    u("deg/s", "rad/s", PI, 180.0),
-    u("deg/h", "rad/s", PI, 180.0 * 3600.0),
-    u("rpm", "rad/s", 2.0 * PI, 60.0),
-    u("rad/s^2", "rad/s^2", 1.0, 1.0),
-    u("deg/s^2", "rad/s^2", PI, 180.0),
-    u("mrad/s^2", "rad/s^2", 1.0, 1e3),
-    u("rpm/s", "rad/s^2", 2.0 * PI, 60.0),
-    u("kg", "kg", 1.0, 1.0),
-    u("kg/s", "kg/s", 1.0, 1.0),
-    u("g/s", "kg/s", 1.0, 1e3),
-    u("kg*m", "kg*m", 1.0, 1.0),
-    u("kg*m^2", "kg*m^2", 1.0, 1.0),
-    u("kg/m^3", "kg/m^3", 1.0, 1.0),
-    u("N", "N", 1.0, 1.0),
-    u("mN", "N", 1.0, 1e3),
-    u("kN", "N", 1e3, 1.0),
-    u("uN", "N", 1.0, 1e6),
-    u("lbf", "N", 4.448_221_615_260_5, 1.0),
-    u("N*s", "N*s", 1.0, 1.0),
-    u("N/m", "N/m", 1.0, 1.0),
-    u("N/mm", "N/m", 1e3, 1.0),
-    u("kN/m", "N/m", 1e3, 1.0),
-    u("N*s/m", "N*s/m", 1.0, 1.0),
-    u("N*m", "N*m", 1.0, 1.0),
-    u("mN*m", "N*m", 1.0, 1e3),
-    u("uN*m", "N*m", 1.0, 1e6),
-    u("kN*m", "N*m", 1e3, 1.0),
-    u("N*m/rad", "N*m/rad", 1.0, 1.0),
-    u("N*m/deg", "N*m/rad", 180.0, PI),
-    u("N*m*s/rad", "N*m*s/rad", 1.0, 1.0),
-    u("N*m/A", "N*m/A", 1.0, 1.0),
-    u("mN*m/A", "N*m/A", 1.0, 1e3),
-    u("N*m*s", "N*m*s", 1.0, 1.0),
-    u("mN*m*s", "N*m*s", 1.0, 1e3),
-    u("Pa", "Pa", 1.0, 1.0),
-    u("hPa", "Pa", 1e2, 1.0),
-    u("kPa", "Pa", 1e3, 1.0),
-    u("MPa", "Pa", 1e6, 1.0),
-    u("bar", "Pa", 1e5, 1.0),
-    u("T", "T", 1.0, 1.0),
-    u("mT", "T", 1.0, 1e3),
-    u("uT", "T", 1.0, 1e6),
-    u("nT", "T", 1.0, 1e9),
-    u("K", "K", 1.0, 1.0),
-    Unit { symbol: "degC", si: "K", multiply: 1.0, divide: 1.0, offset: 273.15 },
-    u("V", "V", 1.0, 1.0),
-    u("mV", "V", 1.0, 1e3),
-    u("A", "A", 1.0, 1.0),
-    u("mA", "A", 1.0, 1e3),
-    u("uA", "A", 1.0, 1e6),
-    u("ohm", "ohm", 1.0, 1.0),
-    u("H", "H", 1.0, 1.0),
-    u("mH", "H", 1.0, 1e3),
-    u("V*s/rad", "V*s/rad", 1.0, 1.0),
-    u("A*m^2", "A*m^2", 1.0, 1.0),
-    u("W", "W", 1.0, 1.0),
-    u("mW", "W", 1.0, 1e3),
-    u("J", "J", 1.0, 1.0),
+    ("m/N", "m/N"),
+    ("m/s/N", "m/s/N"),
+    ("m/s^2/N", "m/s^2/N"),
+    ("rad/N/m", "rad/N/m"),
+    ("rad/s/N/m", "rad/s/N/m"),
+    ("rad/s^2/N/m", "rad/s^2/N/m"),
+    ("rad", "rad"),
+    ("mrad", "rad"),
+    ("deg", "rad"),
+    ("rev", "rad"),
+    ("rad/s", "rad/s"),
+    ("mrad/s", "rad/s"),
+    ("deg/s", "rad/s"),
+    ("deg/h", "rad/s"),
+    ("rpm", "rad/s"),
+    ("rad/s^2", "rad/s^2"),
+    ("deg/s^2", "rad/s^2"),
+    ("mrad/s^2", "rad/s^2"),
+    ("rpm/s", "rad/s^2"),
+    ("kg", "kg"),
+    ("kg/s", "kg/s"),
+    ("g/s", "kg/s"),
+    ("kg*m", "kg*m"),
+    ("kg*m^2", "kg*m^2"),
+    ("kg/m^3", "kg/m^3"),
+    ("N", "N"),
+    ("mN", "N"),
+    ("kN", "N"),
+    ("uN", "N"),
+    ("lbf", "N"),
+    ("N*s", "N*s"),
+    ("N/m", "N/m"),
+    ("N/mm", "N/m"),
+    ("kN/m", "N/m"),
+    ("N*s/m", "N*s/m"),
+    ("N*m", "N*m"),
+    ("mN*m", "N*m"),
+    ("uN*m", "N*m"),
+    ("kN*m", "N*m"),
+    ("N*m/rad", "N*m/rad"),
+    ("N*m/deg", "N*m/rad"),
+    ("N*m*s/rad", "N*m*s/rad"),
+    ("N*m/A", "N*m/A"),
+    ("mN*m/A", "N*m/A"),
+    ("N*m*s", "N*m*s"),
+    ("mN*m*s", "N*m*s"),
+    ("Pa", "Pa"),
+    ("hPa", "Pa"),
+    ("kPa", "Pa"),
+    ("MPa", "Pa"),
+    ("bar", "Pa"),
+    ("T", "T"),
+    ("mT", "T"),
+    ("uT", "T"),
+    ("nT", "T"),
+    ("K", "K"),
+    ("degC", "K"),
+    ("V", "V"),
+    ("mV", "V"),
+    ("A", "A"),
+    ("mA", "A"),
+    ("uA", "A"),
+    ("ohm", "ohm"),
+    ("H", "H"),
+    ("mH", "H"),
+    ("V*s/rad", "V*s/rad"),
+    ("A*m^2", "A*m^2"),
+    ("W", "W"),
+    ("mW", "W"),
+    ("J", "J"),
 ];
 
+/// The listed units.
+pub static UNITS: LazyLock<Vec<Unit>> = LazyLock::new(|| {
+    let unit = |(symbol, si): &(&'static str, &'static str)| Some(Unit::of(symbol, si, &spelled(symbol).ok()?.unit));
+    LISTED.iter().filter_map(unit).collect()
+});
+
+/// SI units with their dimensions, in the order of the list.
+static SI: LazyLock<Vec<(&str, Spelled)>> = LazyLock::new(|| {
+    let si = LISTED.iter().filter(|(symbol, si)| symbol == si);
+    si.filter_map(|(symbol, _)| Some((*symbol, spelled(symbol).ok()?))).collect()
+});
+
 /// The unit spelled `text`: an entry of [`UNITS`], or a product of powers of units as files write
-/// them (`m s^-2`, `N·m`, `deg/sec`, `dps`, `in/s`), where its dimension is one of the table.
+/// them (`m s^-2`, `N·m`, `deg/sec`, `dps`, `in/s`), where its dimension is one of a channel.
 ///
 /// ```
 /// use recording::units::unit_named;
@@ -157,12 +182,28 @@ pub static UNITS: &[Unit] = &[
 /// ```
 #[must_use]
 pub fn unit_named(text: &str) -> Option<Unit> {
-    let plain = composed::plain(text);
-    let listed = |symbol: &str| UNITS.iter().find(|unit| unit.symbol == symbol).copied();
-    match plain.as_str() {
-        "" | "1" => listed("-"),
-        symbol => listed(symbol).or_else(|| composed::unit(symbol)),
+    let plain = plain(text);
+    let plain = if matches!(plain.as_str(), "" | "1") { "-" } else { plain.as_str() };
+    if AMBIGUOUS.contains(&plain) {
+        return None;
     }
+    let listed = UNITS.iter().find(|unit| unit.symbol == plain).copied();
+    listed.or_else(|| [spelled(plain), spelled_with_gram(plain)].iter().find_map(of_channels))
+}
+
+/// A unit whose dimension is that of an SI unit of the list: of several (N m and J, kg/s and
+/// N s/m) the one that counts the same cycles and shares most symbols with the text.
+fn of_channels(read: &Result<Spelled, Fault>) -> Option<Unit> {
+    let Spelled { unit, symbols } = read.as_ref().ok()?;
+    let mut best: Option<((bool, usize), &'static str)> = None;
+    for (si, of) in SI.iter().filter(|(_, of)| (of.unit.dimension, of.unit.radian) == (unit.dimension, unit.radian)) {
+        let shared = of.symbols.iter().filter(|name| symbols.contains(name)).count();
+        let key = (of.unit.hertz == unit.hertz, shared);
+        if best.is_none_or(|(most, _)| key > most) {
+            best = Some((key, si));
+        }
+    }
+    best.map(|(_, si)| Unit::of(si, si, unit))
 }
 
 /// A spelling that is known in place of `text`, which is not: the one symbol of it that is unknown
@@ -170,31 +211,28 @@ pub fn unit_named(text: &str) -> Option<Unit> {
 /// file means.
 #[must_use]
 pub fn nearest_spelling(text: &str) -> Option<String> {
-    composed::corrected(text)
+    let text = text.trim().trim_start_matches(['[', '(', '<', '{']).trim_end_matches([']', ')', '>', '}']).trim();
+    let letter = |c: char| c.is_alphabetic() || matches!(c, '%' | '_');
+    let words = text.split(|c: char| !letter(c)).filter(|word| !word.is_empty());
+    let mut unknown = words.filter(|word| !is_symbol(word));
+    let (word, None) = (unknown.next()?, unknown.next()) else { return None };
+    let names = || symbols().flatten().copied();
+    let begun = |name: &&str| word.len() > 2 && name.to_lowercase().starts_with(&word.to_lowercase());
+    let near = names().find(begun).or_else(|| nearest(word, names()))?;
+    let better = text.replacen(word, near, 1);
+    unit_named(&better).map(|_| better)
 }
 
-/// `text` as it stands in the table, where it is an SI unit there.
+/// `text` as it stands in the list, where it is an SI unit there.
 pub(crate) fn si_unit(text: &str) -> Option<&'static str> {
     if text == NOT_STATED {
         return Some(NOT_STATED);
     }
-    UNITS.iter().find(|unit| unit.symbol == text && unit.si == text).map(|unit| unit.si)
+    LISTED.iter().find(|(symbol, si)| *symbol == text && *si == text).map(|(_, si)| *si)
 }
 
 /// The spellings that are converted to `si`, as a list for a reader.
 #[must_use]
 pub fn accepted_for(si: &str) -> String {
-    UNITS.iter().filter(|unit| unit.si == si).map(|unit| unit.symbol).collect::<Vec<_>>().join(", ")
-}
-
-impl Unit {
-    /// A unit that is `multiply / divide` of the SI unit `si`.
-    pub(crate) fn scaled(si: &'static str, multiply: f64, divide: f64) -> Self {
-        Unit { symbol: si, si, multiply, divide, offset: 0.0 }
-    }
-
-    /// Of a number whose unit is not stated.
-    pub(crate) fn not_stated() -> Self {
-        Unit::scaled(NOT_STATED, 1.0, 1.0)
-    }
+    LISTED.iter().filter(|(_, of)| *of == si).map(|(symbol, _)| *symbol).collect::<Vec<_>>().join(", ")
 }

@@ -68,7 +68,7 @@ impl Page {
         let mut html = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"/><title>{title}</title>\n<style>{}</style></head>\n<body><main>\n<h1>{title}</h1>\n<p class=\"verdict\">{}</p>\n",
             style::of_page(),
-            escape(&self.verdict)
+            with_commands(&self.verdict)
         );
         for section in &self.sections {
             let _ = writeln!(html, "<section><h2>{}</h2>", escape(&section.title));
@@ -101,7 +101,7 @@ fn blocks(html: &mut String, blocks_of: &[Block]) {
     for block in blocks_of {
         match block {
             Block::Text(text) => {
-                let _ = writeln!(html, "<p>{}</p>", escape(text));
+                let _ = writeln!(html, "<p>{}</p>", with_commands(text));
             }
             Block::List(items) => {
                 html.push_str("<ul>");
@@ -125,6 +125,18 @@ fn blocks(html: &mut String, blocks_of: &[Block]) {
     }
 }
 
+/// Text whose parts between backticks are commands or files.
+fn with_commands(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let part = |(k, part): (usize, &&str)| {
+        if k.is_multiple_of(2) { escape(part) } else { format!("<code>{}</code>", escape(part)) }
+    };
+    parts.iter().enumerate().map(part).collect()
+}
+
 fn with_caption(figure: &Figure) -> String {
     let mut html = format!("<figure><h3>{}</h3>{}<figcaption>", escape(&figure.title), figure.inline());
     html.push_str(&escape(&figure.caption));
@@ -134,4 +146,15 @@ fn with_caption(figure: &Figure) -> String {
     html.push_str(&figure.data_link());
     html.push_str("</figcaption></figure>\n");
     html
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_between_backticks_is_a_command_and_a_single_backtick_is_itself() {
+        assert_eq!(with_commands("run `a <b>` now"), "run <code>a &lt;b&gt;</code> now");
+        assert_eq!(with_commands("a ` b"), "a ` b");
+    }
 }

@@ -13,7 +13,7 @@ pub(super) fn measure(arguments: &Arguments, to: &mut Answers) {
     let object = || {
         format!("{}\n", json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all, "responses": rows }))
     };
-    to.add(|| table(&all) + &of_responses(&rows), object);
+    to.add(|| table(&all) + &of_responses(&rows), Some(markdown(&all, &rows)), object);
 }
 
 fn of_responses(rows: &[responses::Row]) -> String {
@@ -34,6 +34,47 @@ fn of_responses(rows: &[responses::Row]) -> String {
         );
     }
     text
+}
+
+fn markdown(all: &[Figures], rows: &[responses::Row]) -> String {
+    let mut text = "| kind | modes | missed [%] | invented [%] | rms z of f, zeta | in 95 % intervals | tones named [%] | mode beside right or hidden [%] |\n|---|---|---|---|---|---|---|---|\n".to_owned();
+    for f in all {
+        let _ = writeln!(
+            text,
+            "| {} | {} | {:.1} | {:.1} | {:.2} {:.2} | {:.1} {:.1} | {} | {} |",
+            f.defect,
+            f.modes,
+            f.missed_percent,
+            f.invented_percent,
+            f.frequency_rms_z,
+            f.damping_rms_z,
+            f.frequency_coverage_percent,
+            f.damping_coverage_percent,
+            where_any(f.tones, f.tones_named_percent),
+            where_any(f.tones, f.beside_right_percent)
+        );
+    }
+    for row in rows {
+        let percent = |part: usize| 100.0 * part as f64 / row.modes.max(1) as f64;
+        let _ = writeln!(
+            text,
+            "| {} | {} | {:.1} | {:.1} | {:.2} {:.2} | {:.1} {:.1} | | |",
+            row.kind,
+            row.modes,
+            percent(row.missed),
+            percent(row.invented),
+            row.frequency_rms_z,
+            row.damping_rms_z,
+            100.0 * row.frequency_coverage,
+            100.0 * row.damping_coverage
+        );
+    }
+    text
+}
+
+/// A share of things of which there are some.
+fn where_any(all: u32, percent: f64) -> String {
+    if all > 0 && percent.is_finite() { format!("{percent:.1}") } else { String::new() }
 }
 
 fn table(all: &[Figures]) -> String {

@@ -24,6 +24,8 @@ pub fn look_at_labels(case: &Case, most: f64, watch: &Watch) -> Labels {
         let found = if watch.is_stopped() { None } else { mislabelled(&one.recording, &case.plant, &work) };
         all.labels.push(found);
         all.spent += work.spent();
+        // those that follow may be read as this one
+        watch.plan_now(all.spent / (k + 1) as f64 * (records.len() - k - 1) as f64);
         all.left_out.extend(work.note().map(|note| format!("{}: {note}", one.recording.name)));
     }
     all.keep_those_of_fitted(case.fitted.len());

@@ -9,6 +9,8 @@ mod roles;
 mod samples;
 mod text;
 
+pub use names::plain;
+
 use crate::intake::{self, IntakeArguments};
 use crate::recordings::{self, nearest};
 use crate::{Failure, plants};

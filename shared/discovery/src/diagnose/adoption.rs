@@ -6,6 +6,7 @@ use super::{ALPHA_SHARE_IDENTIFIED, Adopted, Options, RIVAL_SPAN, RivalEffect, U
 use crate::compete::{
     FittedModel, ModelHypothesis, Nominal, Outcome, Ranking, SET_MAX, Subset, Veto, compete, rank, weights,
 };
+use crate::outline::COMPLETION_SETS;
 use crate::score::cosine;
 use identification::filter::NoiseModel;
 use identification::fit::noise::{Search, maximise};
@@ -57,6 +58,7 @@ pub(super) fn step(
     let mut settled = 0.0f64;
     while let Some(at) = outcome.best(alpha, &ranking.multiplicity, &better) {
         if !outcome.hypotheses[at].is_compared {
+            outcome.plan(session, COMPLETION_SETS);
             // complete its fit, then fit the nominal plant from the noise and the parameters of the
             // set
             let hypothesis = &mut outcome.hypotheses[at];

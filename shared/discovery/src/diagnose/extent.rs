@@ -81,6 +81,7 @@ pub(crate) fn within_limit(problem: &Problem, options: &Options, each: &mut Deci
         shorter += 1;
         own = cut(problem, options, &|_| SHORTER);
     };
+    work.plan(0.0, 0.0);
     let problem = own.as_ref().map_or(problem, |(problem, _)| problem);
     found.unwrap_or_else(|reason| {
         let notes = problem.notes.iter().filter(|note| note.starts_with(LIMIT_NOTE)).cloned().collect();

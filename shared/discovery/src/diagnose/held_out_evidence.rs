@@ -96,7 +96,7 @@ fn predicting<T>(
         within_reach(other.with_plant(&frozen(plant, own, &unseen)), &fitted)
     };
     let (before_problem, after_problem) = (show(&stated.plant, fitted[0]), show(&best.plant, fitted[1]));
-    let before = EstimationSession::new(&before_problem, options.threads).ok()?;
+    let before = EstimationSession::counted(&before_problem, options.threads, session.work.beside()).ok()?;
     let after = EstimationSession::like(&before, &after_problem).ok()?;
     // one noise for both, the augmented plant's: otherwise the gain is that of a noise model
     let own = own_parameters(&before, &best.noise).zip(own_parameters(&after, &best.noise));

@@ -25,6 +25,11 @@ pub(super) enum Next {
     Never(String),
 }
 
+/// An effect is not decided.
+pub(super) fn is_open(adopted: &[Adopted]) -> bool {
+    adopted.iter().any(|own| own.weight < DECIDED_WEIGHT_MIN)
+}
+
 pub(super) fn next(session: &EstimationSession<'_>, best: &FittedModel, adopted: &[Adopted]) -> Next {
     let open = adopted.iter().filter(|own| own.weight < DECIDED_WEIGHT_MIN);
     let Some((own, rival)) =
@@ -43,7 +48,7 @@ pub(super) fn next(session: &EstimationSession<'_>, best: &FittedModel, adopted:
         duration_s: problem.span_s()[1] - problem.span_s()[0],
         flown: &flown,
     };
-    in_words(own, rival, &menu(&question, session.threads))
+    in_words(own, rival, &menu(&question, session.threads, &session.work))
 }
 
 /// The rival of largest weight; exact twins last, since no experiment separates those.

@@ -17,6 +17,9 @@ pub enum Phase {
 }
 
 impl Phase {
+    /// How many there are.
+    pub(crate) const COUNT: usize = Self::Report as usize + 1;
+
     /// `compare sets of effects`.
     #[must_use]
     pub fn words(self) -> &'static str {

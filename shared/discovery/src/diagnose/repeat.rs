@@ -49,7 +49,7 @@ pub(super) fn test_on_repeat(
 ) -> Option<Repeat> {
     let (first, stated, noise) = nominal;
     let problem = repeat.with_plant(&stated.plant);
-    let session = EstimationSession::new(&problem, first.threads).ok()?;
+    let session = EstimationSession::counted(&problem, first.threads, first.work.beside()).ok()?;
     let theta = carried(&session, &first.problem.unknowns, &stated.theta);
     let fitted = fit(&session, &stated.plant, &theta, noise, REPEAT_ROUNDS).ok()?;
     let list: Vec<_> = adopted.iter().map(|own| own.column.candidate.clone()).collect();

@@ -4,9 +4,12 @@
 //! insignificant is removed.
 
 use super::adoption::{SearchRound, step};
+use super::next::is_open;
 use super::screening::{Screening, screen};
 use super::{Adopted, Options, Phase, RIVAL_SPAN, RivalEffect, Unfitted};
 use crate::compete::{BIC_PREFERENCE, FittedModel, free_parameters, multistart, refine_onsets, weights};
+use crate::next_experiment::entries;
+use crate::outline::{Found, Outline};
 use crate::score::{Column, cosine};
 use identification::fit::EstimationSession;
 use std::rc::Rc;
@@ -35,7 +38,7 @@ pub(super) fn searched(
     session: &EstimationSession<'_>,
     (nominal, screened): (FittedModel, Rc<Screening>),
     options: &Options,
-    progress: &mut dyn FnMut(Phase, f64),
+    outline: &mut Outline<'_>,
 ) -> Result<SearchResult, String> {
     let mut found = SearchResult::nominal(nominal, screened);
     let mut last: Option<(FittedModel, usize)> = None;
@@ -51,14 +54,14 @@ pub(super) fn searched(
             break;
         }
         begun = session.work.spent();
-        let done = 0.6 * round as f64 / options.terms_max as f64;
-        let joined = found.round(session, options, &mut |what, share| progress(what, share + done))?;
+        let joined = found.round(session, options, outline)?;
+        outline.round_ended(&found.outlook(session, joined.is_some() && round + 1 < options.terms_max, options));
         let Some(joined) = joined else { break };
         last = Some(joined);
     }
     if let Some((refit, earlier)) = last {
         let refit = if earlier > 0 {
-            progress(Phase::SearchAgain, 0.8);
+            outline.begin(Phase::SearchAgain);
             found.look_again(session, refit, (earlier, begun), options)
         } else {
             refit
@@ -81,13 +84,13 @@ impl SearchResult {
         &mut self,
         session: &EstimationSession<'_>,
         options: &Options,
-        progress: &mut dyn FnMut(Phase, f64),
+        outline: &mut Outline<'_>,
     ) -> Result<Option<(FittedModel, usize)>, String> {
-        progress(Phase::Score, 0.2);
+        outline.begin(Phase::Score);
         let own = EstimationSession::like(session, &self.best.problem).map_err(|error| error.to_string())?;
         let is_known = self.adopted.is_empty() && !self.screening.columns.is_empty();
         let screened = if is_known { self.screening.clone() } else { Rc::new(screen(&own, &self.best, options)) };
-        progress(Phase::Compare, 0.25);
+        outline.begin(Phase::Compare);
         let mut step = step(&own, &self.best, &screened, options.terms_max - self.adopted.len(), options);
         self.unfitted = core::mem::take(&mut step.unfitted);
         if self.adopted.is_empty() {
@@ -100,6 +103,15 @@ impl SearchResult {
                 Ok(None)
             }
         }
+    }
+
+    /// What the work that follows depends on.
+    fn outlook(&self, session: &EstimationSession<'_>, goes_on: bool, options: &Options) -> Found {
+        let adopted = self.adopted.len();
+        let goes_on = goes_on && adopted < options.terms_max && self.unfitted.is_empty();
+        let others = if options.held_out.is_some() { self.rivals.len() } else { 0 };
+        let experiments = if is_open(&self.adopted) { entries(&session.problem.plant) } else { 0 };
+        Found { adopted, goes_on, others, experiments }
     }
 
     /// Adopts the effects of `step`; earlier effects that are insignificant beside them are

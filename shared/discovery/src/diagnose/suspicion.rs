@@ -10,6 +10,7 @@ use super::held_out_selection::{HeldOutSelection, select_on_held_out};
 use super::search::{SearchResult, searched};
 use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, Options};
 use crate::compete::FittedModel;
+use crate::outline::Outline;
 use examination::doctor::probability;
 use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
@@ -27,7 +28,7 @@ pub(super) fn confirmed(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
     (nominal, alone): (&FittedModel, &SearchResult),
-    options: &Options,
+    (options, outline): (&Options, &mut Outline<'_>),
     notes: &mut Vec<String>,
 ) -> Option<(SearchResult, HeldOutSelection)> {
     let easier = Options {
@@ -35,7 +36,7 @@ pub(super) fn confirmed(
         terms_max: options.terms_max.min(1),
         ..options.clone()
     };
-    let mut found = searched(session, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
+    let mut found = searched(session, (nominal.clone(), alone.screening.clone()), &easier, outline).ok()?;
     // Bonferroni over the rivals: the best of several confirmations occurs by chance more often
     let chances = 1 + found.rivals.len();
     let mut own = Vec::new();

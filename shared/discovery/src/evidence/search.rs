@@ -17,6 +17,7 @@ use super::propose::{Proposal, proposals};
 use super::screen::screen;
 use super::timing::shift_of;
 use crate::diagnose::Options;
+use crate::outline::{Outline, SET_ROUNDS};
 use identification::fit::EstimationSession;
 use std::collections::BTreeSet;
 
@@ -29,7 +30,12 @@ const PARTS_MAX: usize = 8;
 /// Searches from `bare`, the plant without hypotheses.
 ///
 /// Cost: a screening and some ten fits for each expansion; bounded by the session's work.
-pub(super) fn searched(session: &EstimationSession<'_>, bare: Model, options: &Options) -> Pool {
+pub(super) fn searched(
+    session: &EstimationSession<'_>,
+    bare: Model,
+    options: &Options,
+    outline: &mut Outline<'_>,
+) -> Pool {
     let mut pool = Pool {
         entries: Vec::new(),
         open: Vec::new(),
@@ -44,12 +50,13 @@ pub(super) fn searched(session: &EstimationSession<'_>, bare: Model, options: &O
     pool.enter(Ground { session: &own }, bare, options);
     let mut leader = 0;
     let mut dearest = 0.0f64;
-    for _ in 0..EXPANSIONS_MAX {
+    for turn in 0..EXPANSIONS_MAX {
         let Some(next) = pool.next() else { break };
         let begun = session.work.spent();
         if !session.work.allows(dearest, "sets of hypotheses") {
             break;
         }
+        outline.expansion(turn, dearest);
         pool.expand(Ground { session: &own }, next, options);
         let mut best = pool.best();
         let is_new = best != leader;
@@ -105,6 +112,8 @@ impl Pool {
             self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
         }
         let (list, left) = proposals(ground, &model, &screened, self.log_m);
+        let each = self.dearest.max(SET_ROUNDS * ground.session.round_work());
+        ground.session.work.plan_now(each * list.len() as f64);
         for Proposal { set, noise, .. } in list {
             let keys: Vec<String> = set.iter().map(|own| own.key(&model.problem.plant)).collect();
             if keys.iter().any(|own| self.refused.contains(own)) {

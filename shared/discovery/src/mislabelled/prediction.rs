@@ -11,6 +11,8 @@ use identification::fit::{EstimationSession, Fit, FitError, LinearisedProblem, R
 use identification::problem::{Problem, Unknown};
 use identification::work::Work;
 
+use super::{HYPOTHESES_FITTED, RANKING_WORK_SHARE};
+
 /// Mean square of the whitened innovations from which a recording is missed by far: five standard
 /// deviations rms. Chosen, no derivation.
 pub(super) const MISFIT_MEAN_SQUARE: f64 = 25.0;
@@ -102,6 +104,17 @@ impl<'a> PlantEvaluator<'a> {
     /// The same within the bound `until` on the work spent.
     pub fn affords_until(&self, until: f64, recording: &Recording, numbers: ParameterChoice<'_>) -> bool {
         self.work.spent() + self.cost(recording, numbers) <= until
+    }
+
+    /// Plans the evaluation of `many` hypotheses after the plant itself was fitted: from the
+    /// priors and after a step within the share of ranking, then complete fits of a few.
+    pub fn plan_hypotheses(&self, recording: &Recording, many: usize) {
+        let cost = |how: ParameterChoice<'_>| self.cost(recording, how);
+        let (fit, pass) = (cost(ParameterChoice::Fitted), cost(ParameterChoice::Priors));
+        let room = self.work.until(1.0) - self.work.spent();
+        let ranking = (many as f64 * 2.0 * pass).min(RANKING_WORK_SHARE * room);
+        let fits = HYPOTHESES_FITTED as f64 * (1.0 + CONTINUATION_COST) * fit;
+        self.work.plan_now((ranking + fits).min(room));
     }
 
     /// Number of readings of the plant's sensors.

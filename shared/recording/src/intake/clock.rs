@@ -67,26 +67,60 @@ pub(crate) fn rank(name: &str) -> Option<u8> {
     let words: Vec<&str> = plain.split(' ').collect();
     match words.join(" ").as_str() {
         "time" | "t" | "zeit" | "temps" | "tiempo" => Some(0),
-        "timestamp" | "timestamps" | "time stamp" | "ts" | "stamp" | "datetime" | "date time" | "date and time"
-        | "elapsed" | "elapsed time" | "time elapsed" | "seconds elapsed" | "sec" | "secs" | "seconds" | "second"
-        | "epoch" | "utc" | "unixtime" | "rostime" | "simtime" | "systime" | "clock" | "zeitstempel" | "horodatage" => {
+        "elapsed time" | "timestamps" | "time stamp" | "ts" | "datetime" | "date time" | "date and time"
+        | "time elapsed" | "seconds elapsed" | "epoch" | "utc" | "unixtime" | "rostime" | "simtime" | "systime" => {
             Some(1)
         }
-        "header stamp" | "field header stamp" | "rosbagtimestamp" | "timestamp sample" => Some(2),
+        "header stamp" | "field header stamp" | "rosbagtimestamp" | "timestamp sample" | "x value" => Some(2),
+        word if TIMES.contains(&word) || unit_named(word).is_some_and(|unit| is_of_seconds(word, unit)) => Some(1),
         // `time us`, `sim time`, `log time s`: a time word, and units or qualifiers beside it
         _ => {
-            let worded =
-                words.iter().any(|word| matches!(*word, "time" | "timestamp" | "stamp" | "zeit" | "t" | "elapsed"));
-            let beside = |word: &&str| {
-                QUALIFIERS.contains(word) || unit_named(word).is_some_and(|unit| unit.si == "s") || *word == "time"
-            };
-            let all = words
-                .iter()
-                .all(|word| beside(word) || matches!(*word, "timestamp" | "stamp" | "zeit" | "t" | "elapsed"));
-            (worded && all && words.len() <= 4).then_some(3)
+            let timed = |word: &&str| TIMES.contains(word);
+            let beside = |word: &&str| QUALIFIERS.contains(word) || unit_named(word).is_some_and(|unit| unit.si == "s");
+            let all = words.iter().all(|word| timed(word) || beside(word));
+            let of_a_channel = name.split_once(" - ").is_some_and(|(clock, _)| rank(clock) == Some(0));
+            ((all && words.iter().any(timed) && words.len() <= 4) || of_a_channel).then_some(3)
         }
     }
 }
+
+/// A word that names seconds in full, and nothing shorter than `sec`.
+fn is_of_seconds(word: &str, unit: Unit) -> bool {
+    unit.si == "s" && unit.to_si(1.0) == 1.0 && word.chars().count() > 2
+}
+
+/// Words for the time of a row.
+const TIMES: &[&str] = &[
+    "time",
+    "t",
+    "timestamp",
+    "stamp",
+    "elapsed",
+    "uptime",
+    "clock",
+    "zeit",
+    "zeitstempel",
+    "messzeit",
+    "laufzeit",
+    "uhrzeit",
+    "temps",
+    "horodatage",
+    "tiempo",
+    "tempo",
+    "tid",
+    "tijd",
+    "aika",
+    "czas",
+    "čas",
+    "idő",
+    "zaman",
+    "время",
+    "时间",
+    "时刻",
+    "時間",
+    "時刻",
+    "시간",
+];
 
 /// The words of a name in small letters, one blank between them: `logTime_us`, `TimeUS`.
 fn words_of(name: &str) -> String {
@@ -149,7 +183,6 @@ const QUALIFIERS: &[&str] = &[
     "measurement",
     "meas",
     "x",
-    "since",
     "date",
     "wall",
     "met",
@@ -158,6 +191,18 @@ const QUALIFIERS: &[&str] = &[
     "secs",
     "float",
     "stamp",
+    "total",
+    "running",
+    "session",
+    "record",
+    "recording",
+    "rosbag",
+    "bag",
+    "écoulé",
+    "ecoule",
+    "transcurrido",
+    "relativ",
+    "relativa",
 ];
 
 /// Stamps of these years tell their unit by their size [s since 1970]: 2000 to 2100.

@@ -254,14 +254,17 @@ fn clock_by_name(
     notes: &mut Vec<String>,
 ) -> Result<Option<Clock>, RecordingError> {
     let usable = |column: &Column<'_>| matches!(column.seen.kind, Kind::Number | Kind::Stamp(_) | Kind::Empty);
-    let rank = |column: &Column<'_>| {
-        clock::rank(&column.heading.name).or_else(|| {
+    let is_of_time =
+        |column: &Column<'_>| column.heading.unit.as_deref().and_then(unit_named).is_some_and(|unit| unit.si == "s");
+    let rank = |at: usize, column: &Column<'_>| {
+        clock::rank(&column.heading.name)
             // a date beside a time of day
-            matches!(column.seen.kind, Kind::Stamp(_)).then_some(4)
-        })
+            .or_else(|| matches!(column.seen.kind, Kind::Stamp(_)).then_some(4))
+            // whatever it is called
+            .or_else(|| (at == 0 && is_of_time(column) && !is_frequency(&column.heading)).then_some(5))
     };
     let ranked = columns.iter().enumerate().filter(|(_, column)| usable(column));
-    let best = ranked.filter_map(|(at, column)| Some((rank(column)?, at))).min();
+    let best = ranked.filter_map(|(at, column)| Some((rank(at, column)?, at))).min();
     let Some((_, at)) = best else { return Ok(None) };
     clock_at(source, columns, at, None, notes).map(Some)
 }

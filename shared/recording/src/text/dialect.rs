@@ -6,6 +6,8 @@
 
 use super::encoding::text_of;
 use super::stamps::Form;
+use crate::intake::clock::rank;
+use crate::intake::names::heading;
 use crate::units::unit_named;
 
 /// Separator and decimal sign.
@@ -38,31 +40,32 @@ const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
 
 /// Cells that say that there is no sample.
 pub(crate) fn is_missing(cell: &str) -> bool {
-    matches!(
-        cell.trim().to_ascii_lowercase().as_str(),
-        "" | "nan"
-            | "-nan"
-            | "+nan"
-            | "nan(ind)"
-            | "-nan(ind)"
-            | "1.#qnan"
-            | "-1.#ind"
-            | "null"
-            | "none"
-            | "na"
-            | "n/a"
-            | "#n/a"
-            | "nil"
-            | "-"
-            | "--"
-            | "inf"
-            | "+inf"
-            | "-inf"
-            | "infinity"
-            | "-infinity"
-            | "1.#inf"
-            | "-1.#inf"
-    )
+    // `#N/A`, `#DIV/0!`, `#VALUE!`: a spreadsheet's errors
+    cell.trim_start().starts_with('#') && cell.trim_end().ends_with(['!', '?', 'A'])
+        || matches!(
+            cell.trim().to_ascii_lowercase().as_str(),
+            "" | "nan"
+                | "-nan"
+                | "+nan"
+                | "nan(ind)"
+                | "-nan(ind)"
+                | "1.#qnan"
+                | "-1.#ind"
+                | "null"
+                | "none"
+                | "na"
+                | "n/a"
+                | "nil"
+                | "-"
+                | "--"
+                | "inf"
+                | "+inf"
+                | "-inf"
+                | "infinity"
+                | "-infinity"
+                | "1.#inf"
+                | "-1.#inf"
+        )
 }
 
 /// The number that a cell states.
@@ -189,18 +192,23 @@ fn laid_out(ahead: &[(u64, String)], dialect: Dialect) -> Option<Layout> {
         fits && valued.iter().any(|column| dialect.is_value(cell(column)))
     };
     let (first, _) = split.iter().find(|(_, cells)| is_row(cells))?;
-    let rows =
+    let rows: Vec<Vec<String>> =
         split.iter().filter(|(at, cells)| at >= first && is_row(cells)).map(|(_, cells)| cells.clone()).collect();
     let above = Above::of(&ahead[..*first], dialect, width);
-    Some(Layout {
-        dialect,
-        header_line: above.header.as_ref().map_or(ahead[*first].0, |(line, _)| *line),
-        header: above.header.map(|(_, cells)| cells).unwrap_or_default(),
-        units: above.units,
-        first_line: ahead[*first].0,
-        rows,
-        remarks: above.remarks,
-    })
+    let header_line = above.header.as_ref().map_or(ahead[*first].0, |(line, _)| *line);
+    let mut header = above.header.map(|(_, cells)| cells).unwrap_or_default();
+    // a column of remarks of which there are none has no cells
+    let widest = rows.iter().map(Vec::len).max().unwrap_or(0);
+    if header.len() == widest + 1 && header.last().is_some_and(|name| is_of_remarks(name)) {
+        header.pop();
+    }
+    let (units, first_line, remarks) = (above.units, ahead[*first].0, above.remarks);
+    Some(Layout { dialect, header_line, header, units, first_line, rows, remarks })
+}
+
+/// A column for what an operator writes beside a row.
+fn is_of_remarks(name: &str) -> bool {
+    matches!(name.trim().to_lowercase().as_str(), "comment" | "comments" | "remark" | "remarks" | "kommentar" | "note")
 }
 
 /// What stands above the first row.
@@ -229,14 +237,23 @@ impl Above {
             lines.iter().map(|(line, text)| (*line, cells_of(text))).filter(|(_, cells)| fits(cells)).collect();
         let unmarked = lines.iter().filter(|(_, text)| !is_remark(text)).count();
         let last = candidates.pop();
-        let above = candidates.pop();
         let units_below =
-            last.as_ref().zip(above.as_ref()).is_some_and(|((_, below), (_, names))| are_units(below, names));
-        let (header, units) =
-            if units_below { (above, last.map(|(_, cells)| cells).unwrap_or_default()) } else { (last, Vec::new()) };
+            (last.as_ref().zip(candidates.last())).is_some_and(|((_, below), (_, names))| are_units(below, names));
+        let (header, units) = if units_below {
+            (named(candidates), last.map(|(_, cells)| cells).unwrap_or_default())
+        } else {
+            (last, Vec::new())
+        };
         let used = usize::from(header.is_some()) + usize::from(!units.is_empty());
         Above { header, units, remarks: unmarked.saturating_sub(used) }
     }
+}
+
+/// Of the lines above one of units that of the names: the one with the best name of a clock, of
+/// equals the nearest. Loggers write names, descriptions and units, in this order.
+fn named(lines: Vec<(u64, Vec<String>)>) -> Option<(u64, Vec<String>)> {
+    let clock = |cells: &[String]| cells.iter().filter_map(|cell| rank(&heading(cell).name)).min().unwrap_or(u8::MAX);
+    lines.into_iter().rev().min_by_key(|(_, cells)| clock(cells))
 }
 
 /// A line is one of units: half of its cells are units that are known, and more than of the line

@@ -1,5 +1,6 @@
 //! Bytes of a text file as UTF-8: UTF-16 with its mark (or told by its zeros) is decoded on the
-//! way; what is no UTF-8 is read as Latin-1, line by line.
+//! way, ends of lines by carriage returns alone are line feeds; what is no UTF-8 is read as
+//! Latin-1, line by line.
 
 use std::io::{self, BufRead, Read};
 
@@ -18,7 +19,7 @@ impl Encoding {
         match head {
             [0xff, 0xfe, ..] => return Some(Encoding::Utf16Little),
             [0xfe, 0xff, ..] => return Some(Encoding::Utf16Big),
-            _ if !head.contains(&0) => return Some(Encoding::Bytes),
+            _ if !head.contains(&0) || is_filled_up(head) => return Some(Encoding::Bytes),
             _ => {}
         }
         let pairs: Vec<&[u8]> = head.chunks_exact(2).collect();
@@ -30,6 +31,31 @@ impl Encoding {
             (first, 0) if first > most => Some(Encoding::Utf16Big),
             _ => None,
         }
+    }
+}
+
+/// Text, and behind it nothing but zeros: a logger that allocates its file before it fills it.
+fn is_filled_up(head: &[u8]) -> bool {
+    const ZEROS_MIN: usize = 16;
+    let text = head.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    text > 0 && head.len() - text >= ZEROS_MIN && !head[..text].contains(&0)
+}
+
+/// Lines that end in a carriage return alone, as lines that end in a line feed.
+pub(crate) struct Returns<R>(pub R);
+
+impl<R> Returns<R> {
+    /// A file that begins with `head` has such lines.
+    pub fn are_in(head: &[u8]) -> bool {
+        head.contains(&b'\r') && !head.contains(&b'\n')
+    }
+}
+
+impl<R: Read> Read for Returns<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let n = self.0.read(out)?;
+        out[..n].iter_mut().filter(|byte| **byte == b'\r').for_each(|byte| *byte = b'\n');
+        Ok(n)
     }
 }
 

@@ -68,7 +68,7 @@ impl<R: BufRead> Lines<R> {
                     cure: "a text recording has a line per time; export it again".into(),
                 });
             }
-            while self.text.last().is_some_and(|byte| matches!(byte, b'\n' | b'\r')) {
+            while self.text.last().is_some_and(|byte| matches!(byte, b'\n' | b'\r' | 0)) {
                 self.text.pop();
             }
             if !self.text.trim_ascii().is_empty() {

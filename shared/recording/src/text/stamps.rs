@@ -35,7 +35,9 @@ const DATE_TIMES: &[&str] = &[
     "%Y%m%d %H%M%S%.f",
 ];
 const DATES: &[&str] = &[ISO, "%d.%m.%Y", "%d/%m/%Y", "%m/%d/%Y", "%Y/%m/%d", "%d-%b-%Y"];
-const TIMES: &[&str] = &[ISO, "%H:%M:%S%.f", "%I:%M:%S%.f %p"];
+const TIMES: &[&str] = &[ISO, "%H:%M:%S%.f", "%I:%M:%S%.f %p", MINUTES];
+/// Minutes and seconds with their decimals: without them hours and minutes are as likely.
+const MINUTES: &str = "%M:%S%.f";
 
 impl Form {
     /// The first form that every one of `cells` has.
@@ -60,6 +62,10 @@ impl Form {
             Form::Date(ISO) => cell.parse::<Date>().ok().filter(|_| cell.len() <= 10).map(|date| at(date, 0)),
             Form::Date(pattern) => Date::strptime(pattern, cell).ok().map(|date| at(date, 0)),
             Form::Time(ISO) => cell.parse::<Time>().ok().filter(|_| has_time_alone(cell)).map(of_time),
+            Form::Time(MINUTES) => {
+                let seconds = cell.split_once(':').map(|(_, seconds)| seconds).filter(|s| s.contains(['.', ',']))?;
+                (!seconds.contains(':')).then(|| Form::Time("%H:%M:%S%.f").read(&format!("00:{cell}"))).flatten()
+            }
             Form::Time(pattern) => Time::strptime(pattern, pointed(cell)).ok().map(of_time),
         }
     }

@@ -12,6 +12,7 @@ mod foreign_claims;
 mod foreign_messages;
 mod foreign_rows;
 mod intake;
+mod loggers;
 mod mcap_files;
 mod others;
 mod real_recordings;

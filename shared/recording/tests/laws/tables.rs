@@ -48,7 +48,7 @@ fn units_of_files_become_si() {
 
 #[test]
 fn every_unit_is_found_under_its_symbol_and_converts_to_one_that_stays() {
-    for unit in UNITS {
+    for unit in UNITS.iter() {
         assert_eq!(unit_named(unit.symbol), Some(*unit));
         let si = unit_named(unit.si).unwrap();
         assert_eq!((si.si, si.to_si(1.25)), (unit.si, 1.25), "{}", unit.symbol);

@@ -61,6 +61,10 @@ fn beginnings(mechanism: &Mechanism, guesses: &[Guess], part: &Recording, scope:
             .filter_map(|channel| {
                 let axis = axis(channel).filter(|axis| !seen.contains(axis))?;
                 seen.push(axis);
+                if let Some(bearing) = mechanism.bearing {
+                    let turned = (axis == bearing).then(|| first(channel, scope)).flatten()?;
+                    return Some(format!("\"joint:bearing\" = {{ rate = {turned} }}"));
+                }
                 Some(format!("\"body:body.r{axis}\" = {{ rate = {} }}", first(channel, scope)?))
             })
             .collect();

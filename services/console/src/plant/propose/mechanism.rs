@@ -1,7 +1,7 @@
 //! What moves: the joints that the channels of a recording ask for.
 
 use super::names::{plain, words};
-use super::roles::{Guess, Role};
+use super::roles::{Guess, Role, noise_sigma};
 use channels::Channel;
 
 /// A joint that channels ask for.
@@ -21,6 +21,8 @@ pub struct Mechanism {
     pub spatial: bool,
     /// A free body: an inertial measurement unit on something that is nowhere held.
     pub free: bool,
+    /// The axis about which a bearing lets the free body turn: its weight is carried.
+    pub bearing: Option<&'static str>,
     pub axes: Vec<Axis>,
 }
 
@@ -59,7 +61,9 @@ impl Mechanism {
         if coordinates.is_empty()
             && (three || (!accelerations.is_empty() && !rates.is_empty()) || accelerations.len() > 1)
         {
-            return Mechanism { only_accelerations: rates.is_empty(), spatial: three, free: true, axes: Vec::new() };
+            let bearing = if three { bearing(channels, guesses) } else { None };
+            let only_accelerations = rates.is_empty();
+            return Mechanism { only_accelerations, spatial: three, free: true, bearing, axes: Vec::new() };
         }
         let mut axes: Vec<Axis> = Vec::new();
         for (channel, guess) in channels.iter().zip(guesses) {
@@ -77,7 +81,7 @@ impl Mechanism {
                 axes.push(Axis { name, linear, along, why: format!("of channel '{}'", channel.name) });
             }
         }
-        Mechanism { only_accelerations: false, spatial: false, free: false, axes }
+        Mechanism { only_accelerations: false, spatial: false, free: false, bearing: None, axes }
     }
 
     /// The joint whose kind a channel fits: the same place among its like, else the last.
@@ -97,6 +101,43 @@ impl Mechanism {
     pub fn vertical(&self) -> bool {
         self.axes.iter().any(|axis| axis.linear && axis.along == "y")
     }
+}
+
+/// Specific force above this share of gravity is no free fall: half way between none and all.
+const WEIGHT_SHARE: f64 = 0.5;
+const STANDARD_GRAVITY: f64 = 9.806_65;
+/// Ratio of a rate's deviation to its noise from which the body turns about its axis: noise alone
+/// has 1.
+const TURNING_RATIO: f64 = 5.0;
+
+/// The accelerometers read the reaction to gravity on the mean: something carries the body.
+pub fn is_carried(channels: &[Channel], guesses: &[Guess]) -> bool {
+    let read = channels.iter().zip(guesses).filter(|(_, guess)| guess.role == Role::Acceleration);
+    let square: f64 = read.map(|(channel, _)| mean(&channel.value).powi(2)).sum();
+    square.sqrt() > WEIGHT_SHARE * STANDARD_GRAVITY
+}
+
+/// The one axis about which a carried body turns, where its rates about the others are noise and no
+/// force is recorded that may carry it.
+fn bearing(channels: &[Channel], guesses: &[Guess]) -> Option<&'static str> {
+    let pushed =
+        channels.iter().zip(guesses).any(|(channel, guess)| guess.role == Role::Command && channel.unit == "N");
+    let rates: Vec<&Channel> =
+        channels.iter().zip(guesses).filter(|(_, guess)| guess.role == Role::AngleRate).map(|(own, _)| own).collect();
+    let turns = |channel: &&&Channel| {
+        let (mean, count) = (mean(&channel.value), channel.value.len() as f64);
+        let square: f64 = channel.value.iter().map(|value| (value - mean).powi(2)).sum();
+        (square / count).sqrt() > TURNING_RATIO * noise_sigma(&channel.value)
+    };
+    let turning: Vec<&&Channel> = rates.iter().filter(turns).collect();
+    match &turning[..] {
+        [one] if rates.len() > 1 && !pushed && is_carried(channels, guesses) => axis_of(&one.name),
+        _ => None,
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 #[cfg(test)]

@@ -66,9 +66,10 @@ const VOLTAGE: &str = "drive = \"voltage\"\n\
 /// A force or torque on a body: thrusters, wheels.
 fn on_body(channel: &Channel, mechanism: &Mechanism) -> String {
     let axis = axis_of(&channel.name).filter(|axis| mechanism.spatial || *axis != "z");
+    let axis = axis.or(mechanism.bearing.filter(|_| channel.unit == "N*m"));
     let body = mechanism.body();
     let direction = match axis {
-        Some(axis) => format!("direction = \"{axis}\" # CHECK: from the name; in the body's axes\n"),
+        Some(axis) => format!("direction = \"{axis}\" # CHECK: in the body's axes\n"),
         None => "direction = \"?\" # FILL IN: in the body's axes, as in \"x\", \"-z\" or [0.6, 0.8, 0]\n".to_owned(),
     };
     if channel.unit == "N*m" {

@@ -1,7 +1,7 @@
 //! The text of a proposed plant file.
 
 use super::beginning::closing;
-use super::mechanism::Mechanism;
+use super::mechanism::{Mechanism, is_carried};
 use super::parts::{actuator, sensor};
 use super::roles::{Guess, Role, Told, guesses, is_held};
 use channels::{Channel, Recording};
@@ -123,10 +123,6 @@ fn head(name: &str, from: &Path, mechanism: &Mechanism, parts: &[Recording], gue
     )
 }
 
-/// Specific force above this share of gravity is no free fall: half way between none and all.
-const WEIGHT_SHARE: f64 = 0.5;
-const STANDARD_GRAVITY: f64 = 9.806_65;
-
 /// Gravity: on a free body what its accelerometers say, else on.
 fn gravity(mechanism: &Mechanism, parts: &[Recording], guesses: &[Guess]) -> String {
     let down = if mechanism.spatial { "[0, 0, \"-9.81 m/s^2\"]" } else { "[0, \"-9.81 m/s^2\"]" };
@@ -134,13 +130,9 @@ fn gravity(mechanism: &Mechanism, parts: &[Recording], guesses: &[Guess]) -> Str
     if !mechanism.free {
         return acts("leave it out where the motion is horizontal");
     }
-    let read = parts[0].channels.iter().zip(guesses).filter(|(_, guess)| guess.role == Role::Acceleration);
-    let means: Vec<f64> =
-        read.map(|(channel, _)| channel.value.iter().sum::<f64>() / channel.value.len() as f64).collect();
-    let force = means.iter().map(|mean| mean * mean).sum::<f64>().sqrt();
-    if means.is_empty() {
+    if guesses.iter().all(|guess| guess.role != Role::Acceleration) {
         "# no gravity: it does not show in rates\n".into()
-    } else if force > WEIGHT_SHARE * STANDARD_GRAVITY {
+    } else if is_carried(&parts[0].channels, guesses) {
         acts("the accelerometers read its reaction on the mean")
     } else {
         "# CHECK: no gravity, the accelerometers read none on the mean (free fall, or gravity was subtracted)\n".into()
@@ -169,13 +161,18 @@ fn bodies(mechanism: &Mechanism, text: &mut String) {
         } else {
             "rates and accelerations alone were recorded: nothing holds it"
         };
-        body(
-            "body",
-            None,
-            format!("joint = {{ kind = \"free\" }} # {why}\n"),
-            "# its origin is its centre of mass\n",
-            true,
-        );
+        let joint = match mechanism.bearing {
+            Some(axis) => format!(
+                "joint = {{ kind = \"revolute\", name = \"bearing\", axis = \"{axis}\" }} # CHECK: the accelerometers read the \
+                 reaction to gravity and one rate alone moves: a bearing carries it\n"
+            ),
+            None => format!("joint = {{ kind = \"free\" }} # {why}\n"),
+        };
+        let com = match mechanism.bearing {
+            Some(_) => "# CHECK: its centre of mass is on the axis; else com = [\"? m\", \"? m\", 0]\n",
+            None => "# its origin is its centre of mass\n",
+        };
+        body("body", None, joint, com, true);
     }
     let turns_behind = |i: usize| mechanism.axes[i..].iter().any(|axis| !axis.linear);
     let turning = |i: usize| mechanism.axes[..=i].iter().any(|axis| !axis.linear);
