@@ -43,9 +43,9 @@ pub(crate) use insufficient_data::insufficient_data;
 pub(crate) use next::{Next, separating};
 pub use phase::Phase;
 pub use report::{
-    Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, ExtraParameterBound, Figures, HeldOut,
-    HeldOutChannel, HeldOutKind, InputTiming, LabelReport, LawCell, LawMap, Nominal, OpenHypothesis, Overlay,
-    ParameterReport, Rival, Tile, Tried, Verdict, Where,
+    Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, ExtraParameterBound,
+    Figures, HeldOut, HeldOutChannel, HeldOutKind, InputTiming, LabelReport, LawCell, LawMap, Nominal, OpenHypothesis,
+    Overlay, ParameterReport, Rival, Tile, Tried, Verdict, Where,
 };
 pub(crate) use verdict::{bin_location, located};
 

@@ -56,10 +56,7 @@ impl Shown<'_> {
         let felt = self.compared.as_ref().filter(|compared| compared.relevance().is_some());
         felt.map_or(String::new(), |compared| {
             let share = 100.0 * compared.remains();
-            format!(
-                "; what the plant misses is {share:.2} % of the signal over {:.3} s",
-                compared.window_s
-            )
+            format!("; what the plant misses is {share:.2} % of the signal over {:.3} s", compared.window_s)
         })
     }
 
