@@ -27,9 +27,11 @@ use crate::intake::{self, IntakeArguments};
 use crate::phases::{Phases, Stage};
 use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, interrupt, plants};
+use channels::Recording;
 use discovery::against_plant::examine_beside;
-use discovery::diagnose::{Diagnosis, Options};
+use discovery::diagnose::{Diagnosis, Options, Phase};
 use discovery::engine::Engine;
+use discovery::evidence::labels::diagnose_beside_labels;
 use discovery::mislabelled::Mislabelled;
 use discovery::planned_work;
 use dynamics::description::Plant;
@@ -88,6 +90,10 @@ pub struct Arguments {
     /// Believe units, signs and names of all channels: none is suspected or corrected
     #[arg(long)]
     trust_labels: bool,
+    /// Percent of the signal below which what the plant misses in free run is not worth a law (by
+    /// evidence)
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
+    worth: f64,
     /// How it is decided: by tests one after another, or by one comparison in nats (experimental)
     #[arg(long, value_enum, default_value_t)]
     engine: EngineWord,
@@ -139,6 +145,16 @@ impl Case {
     /// Those that are fitted first.
     fn time_records(&self) -> impl Iterator<Item = &Loaded> {
         self.fitted.iter().chain(&self.held_out).chain(&self.repeat)
+    }
+
+    /// All time records as they are read.
+    fn readings(&self) -> Vec<Recording> {
+        self.time_records().map(|one| one.recording.clone()).collect()
+    }
+
+    fn put_back(&mut self, read: Vec<Recording>) {
+        let records = self.fitted.iter_mut().chain(&mut self.held_out).chain(&mut self.repeat);
+        records.zip(read).for_each(|(one, read)| one.recording = read);
     }
 
     /// Puts what is mislabelled right, record by record.
@@ -203,7 +219,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure> {
-    let (mut problem, mut options) = problems(&case, arguments)?;
+    let (problem, options) = problems(&case, arguments)?;
     let watch = Watch::stopped_by(interrupt::flag()?);
     let most = arguments.effort.work();
     let phases = Phases::new(watch.clone(), arguments.progress);
@@ -214,22 +230,17 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     let [of_labels, of_search] = planned.unwrap_or_default();
     let (of_examination, of_search) = (examination_work(&case), of_search.min(most));
     watch.plan(if trusted { 0.0 } else { of_labels.min(most_for_labels) }, of_examination + of_search);
-    let Labels { labels, spent, left_out } =
-        if trusted { Labels::trusted(&case) } else { look_at_labels(&case, most_for_labels, &watch) };
+    let mut doubted = if trusted { Labels::trusted(&case) } else { look_at_labels(&case, most_for_labels, &watch) };
     phases.begin(Stage::Examine);
     watch.plan(of_examination, of_search);
-    let findings = examine_all(&case, &labels, &watch);
-    if labels.iter().any(Option::is_some) {
-        case.put_right(&labels);
-        (problem, options) = problems(&case, arguments)?;
-    }
+    let mut findings = examine_all(&case, &doubted.labels, &watch);
     watch.plan(0.0, of_search);
-    options.work_max = most - spent.min(most_for_labels);
-    options.watch = watch.clone();
+    let work_max = most - doubted.spent.min(most_for_labels);
+    let limited = |options: Options| Options { work_max, watch: watch.clone(), ..options };
     let mut diagnosis = match &problem {
-        Some(problem) => Engine::from(arguments.engine).diagnose(problem, &options, &mut |phase, _| {
+        Some(problem) => decided(&mut case, &mut doubted, arguments, (problem, options, &limited), &mut |phase, _| {
             phases.begin(Stage::Search(phase));
-        }),
+        })?,
         None => match (&case.modes, case.spectra.first()) {
             (Some(modes), _) => modes_file::diagnose(&case.plant, modes),
             (None, Some((spectrum, _))) => features::diagnose(&case.plant, spectrum),
@@ -238,12 +249,53 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     };
     let interrupted = problem.is_some() && watch.is_stopped();
     phases.end();
+    if doubted.labels.iter().all(Option::is_none) && !diagnosis.labels.is_empty() {
+        findings = examine_all(&case, &doubted.labels, &watch);
+    }
+    let Labels { labels, left_out, .. } = doubted;
     diagnosis.notes.extend(left_out);
     arguments.effort.cure(&mut diagnosis.notes);
     let labels: Vec<Mislabelled> = labels.into_iter().flatten().collect();
     let diagnosis = diagnosis.of_mislabelled(&labels);
     let offered = Offered::of(&diagnosis);
     Ok(Diagnosed { case, findings, diagnosis, interrupted, labels, offered })
+}
+
+/// The diagnosis of time records. Doubted labels are corrected first, or, by evidence, compared
+/// with the labels as they are; `case` and `doubted` then have those that the diagnosis has.
+fn decided(
+    case: &mut Case,
+    doubted: &mut Labels,
+    arguments: &Arguments,
+    (problem, options, limited): (&Problem, Options, &dyn Fn(Options) -> Options),
+    progress: &mut dyn FnMut(Phase, f64),
+) -> Result<Diagnosis, Failure> {
+    let engine = Engine::from(arguments.engine);
+    let own = limited(options);
+    if !doubted.labels.iter().any(Option::is_some) {
+        return Ok(engine.diagnose(problem, &own, progress));
+    }
+    let (read, plant) = (case.readings(), case.plant.clone());
+    let rival = doubted.as_rival(case);
+    case.put_right(&doubted.labels);
+    if engine == Engine::Evidence {
+        case.plant = rival.plant;
+    }
+    let (corrected, options) = problems(case, arguments)?;
+    case.plant = plant;
+    let (Some(corrected), other) = (corrected, limited(options)) else {
+        return Ok(Diagnosis::cannot_decide("there is no recording".into()));
+    };
+    if engine == Engine::Cascade {
+        return Ok(engine.diagnose(&corrected, &other, progress));
+    }
+    let mistakes = (rival.mistakes, rival.log_jacobian);
+    let (found, probability) = diagnose_beside_labels((problem, &own), (&corrected, &other), mistakes, progress);
+    let labels = doubted.settled(probability);
+    if !doubted.labels.iter().any(Option::is_some) {
+        case.put_back(read);
+    }
+    Ok(Diagnosis { labels, ..found })
 }
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
@@ -369,7 +421,7 @@ fn used_twice(fitted: &[Loaded], other: &[Loaded], flag: &str, cure: &str) -> Re
 fn problems(case: &Case, arguments: &Arguments) -> Result<(Option<Problem>, Options), Failure> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(cores, usize::from);
-    let mut options = Options { threads, ..Options::default() };
+    let mut options = Options { threads, worth: 0.01 * arguments.worth, ..Options::default() };
     if case.fitted.is_empty() {
         return Ok((None, options));
     }
@@ -444,6 +496,9 @@ fn again(arguments: &Arguments) -> String {
     }
     if arguments.trust_labels {
         words.push("--trust-labels".to_owned());
+    }
+    if arguments.worth != 0.0 {
+        words.extend(["--worth".to_owned(), arguments.worth.to_string()]);
     }
     if arguments.engine != EngineWord::default() {
         words.extend(["--engine".to_owned(), arguments.engine.name().to_owned()]);

@@ -2,7 +2,7 @@
 //! of threads.
 
 use crate::answer::{Answer, ask};
-use crate::case::{Sealed, Truth, case, digest};
+use crate::case::{Sealed, Truth, case, control, digest};
 use crate::score::Opened;
 use discovery::engine::Engine;
 use std::sync::Mutex;
@@ -16,13 +16,23 @@ pub struct Watch<'a> {
     pub sealed: &'a mut dyn FnMut(&[Sealed]),
 }
 
+/// Which cases are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Draws {
+    /// Nulls, single effects, pairs, laws outside the catalogue.
+    #[default]
+    Blind,
+    /// Complete plants with a small remainder.
+    Controls,
+}
+
 /// Carries out `cases` cases of `seed` on `threads` threads, decided by `engine`.
 ///
 /// # Errors
 /// The digest of a truth differs from its digest before the diagnosis.
 pub fn campaign(
     cases: u64,
-    seed: u64,
+    (seed, draws): (u64, Draws),
     (threads, engine): (usize, Engine),
     watch: &mut Watch<'_>,
 ) -> Result<Vec<Opened>, String> {
@@ -34,7 +44,8 @@ pub fn campaign(
         threads,
         &|i| {
             let start = seconds();
-            (case(seed, i as u64), timed(start))
+            let one = if draws == Draws::Controls { control } else { case };
+            (one(seed, i as u64), timed(start))
         },
         &|done| progress("sealed", done, n),
     );

@@ -9,7 +9,7 @@ use channels::Recording;
 use dynamics::description::Plant;
 use serde::{Deserialize, Serialize};
 
-pub use draw::case;
+pub use draw::{case, control};
 
 #[cfg(test)]
 mod tests;

@@ -17,6 +17,8 @@ pub enum NoiseKind {
     ActuatorDouble,
     Quantised,
     StampJitter,
+    /// Noise as stated, and beside it 1 to 3 % of the signal that no law of the catalogue makes.
+    Remainder,
 }
 
 /// Every kind but [`NoiseKind::Right`].
@@ -47,6 +49,7 @@ pub fn input_sigma(plant: &Plant) -> Vec<f64> {
 
 /// Lists of noise for one recording.
 pub struct Disturbance {
+    pub kind: NoiseKind,
     pub inputs: Vec<Vec<f64>>,
     pub sensors: Vec<Vec<f64>>,
     pub resolution: Vec<f64>,
@@ -89,5 +92,5 @@ pub fn disturbance(bench: &Bench, plant: &Plant, kind: NoiseKind, (seed, case): 
     };
     // the first stamp is the beginning of the recording
     let stamps = (0..bench.samples).map(|k| if k == 0 { 0.0 } else { off() }).collect();
-    Disturbance { inputs: inputs.collect(), sensors: sensors.collect(), resolution: resolution.collect(), stamps }
+    Disturbance { kind, inputs: inputs.collect(), sensors: sensors.collect(), resolution: resolution.collect(), stamps }
 }

@@ -35,14 +35,19 @@ mod stamps;
 mod suspicion;
 mod verdict;
 
+pub(crate) use evidence::{place_of, whiteness_p};
 pub(crate) use extent::{NOMINAL_ROUNDS, nominal, within_limit};
+pub(crate) use figures::{curve, state_map, tiles};
+pub(crate) use held_out_evidence::{HeldOutEvidence, held_out};
 pub(crate) use insufficient_data::insufficient_data;
+pub(crate) use next::{Next, separating};
 pub use phase::Phase;
 pub use report::{
-    Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, Figures, HeldOut,
-    HeldOutChannel, HeldOutKind, InputTiming, LawCell, LawMap, Nominal, OpenHypothesis, Overlay, ParameterReport,
-    Rival, Tile, Tried, Verdict, Where,
+    Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, ExtraParameterBound,
+    Figures, HeldOut, HeldOutChannel, HeldOutKind, InputTiming, LabelReport, LawCell, LawMap, Nominal, OpenHypothesis,
+    Overlay, ParameterReport, Rival, Tile, Tried, Verdict, Where,
 };
+pub(crate) use verdict::{bin_location, located};
 
 use held_out_selection::select_on_held_out;
 use screening::Screening;
@@ -81,6 +86,9 @@ pub struct Options {
     /// Fits, and how much of a recording is taken, are those of a limit of this at least: a search
     /// may be bounded to nothing, what it starts from may not.
     pub fit_work_min: f64,
+    /// Share of the signal below which what the plant misses in free run is not worth a law; of a
+    /// decision by evidence.
+    pub worth: f64,
     /// Sees the work and stops the search, which then ends with what it has found.
     pub watch: Watch,
 }
@@ -96,6 +104,7 @@ impl Default for Options {
             repeat: None,
             work_max: NORMAL_WORK,
             fit_work_min: QUICK_WORK,
+            worth: 0.0,
             watch: Watch::default(),
         }
     }
@@ -157,24 +166,27 @@ struct Unfitted {
 /// Cost: at most [`Options::work_max`], half as much more for what it then finishes, and one
 /// linearisation; where that does not pay for the whole recording, its beginning is diagnosed.
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
-    within_limit(problem, options, &mut |problem, options, work| even_stamps(problem, options, work, progress))
+    within_limit(problem, options, &mut |problem, options, work| {
+        even_stamps(problem, options, work, &mut |problem, options| run(problem, options, work, progress))
+    })
 }
 
-fn even_stamps(
+/// A diagnosis by `each` on even stamps, where they explain the recordings better.
+pub(crate) fn even_stamps(
     problem: &Problem,
     options: &Options,
     work: &Arc<Work>,
-    progress: &mut dyn FnMut(Phase, f64),
+    each: &mut dyn FnMut(&Problem, &Options) -> Result<Diagnosis, String>,
 ) -> Result<Diagnosis, String> {
     match stamps::evened(problem, options.threads, work) {
-        None => run(problem, options, work, progress),
+        None => each(problem, options),
         Some(mut even) => {
             even.notes.push(
                 "the readings are even and their stamps are not: the stamps were replaced by their grid".to_owned(),
             );
             let again = |other: &Option<Problem>| other.as_ref().map(|p| stamps::even(p).unwrap_or_else(|| p.clone()));
             let (held_out, repeat) = (again(&options.held_out), again(&options.repeat));
-            run(&even, &Options { held_out, repeat, ..options.clone() }, work, progress)
+            each(&even, &Options { held_out, repeat, ..options.clone() })
         }
     }
 }

@@ -13,21 +13,24 @@
 //! | file | subject |
 //! |---|---|
 //! | `marginal`, `noise` | Laplace's method with bounds; the noise with its priors |
-//! | `timing` | inputs between their samples |
+//! | `timing`, `exact` | inputs between their samples; numbers that are stated as exact |
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
 //! | `screen`, `propose` | the catalogue about a model; what is worth a fit |
 //! | `temper`, `predict` | what a gain is worth where innovations remember; held-out data in nats |
 //! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
 //! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
 //! | `law` | what no entry describes |
+//! | `labels` | recordings as labelled against corrected ones |
 //! | `decide`, `answer` | every constant, the verdict; the diagnosis |
 //!
-//! Not built: labels, latent inputs, the share of coloured noise beside white one.
+//! Not built: latent inputs, the share of coloured noise beside white one.
 
 mod answer;
 mod decide;
+mod exact;
 mod horizon;
 mod hypothesis;
+pub mod labels;
 mod law;
 mod marginal;
 mod model;
@@ -41,7 +44,7 @@ mod search;
 mod temper;
 mod timing;
 
-use crate::diagnose::{Diagnosis, Options, Phase, insufficient_data, nominal, within_limit};
+use crate::diagnose::{Diagnosis, Options, Phase, even_stamps, insufficient_data, nominal, within_limit};
 use crate::outline::Outline;
 use identification::fit::{EstimationSession, Fit};
 use identification::problem::Problem;
@@ -55,7 +58,9 @@ use std::sync::Arc;
 ///
 /// Cost: that of [`crate::diagnose::diagnose`].
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
-    within_limit(problem, options, &mut |problem, options, work| run(problem, options, work, progress))
+    within_limit(problem, options, &mut |problem, options, work| {
+        even_stamps(problem, options, work, &mut |problem, options| run(problem, options, work, progress))
+    })
 }
 
 fn run(
@@ -90,7 +95,7 @@ fn run(
     }
     notes.extend(session.work.note());
     outline.begin(Phase::Report);
-    Ok(answer::answered(&own, &pool, law.as_ref(), notes))
+    Ok(answer::answered(&own, &pool, law.as_ref(), (options, notes)))
 }
 
 /// The plant without hypotheses: from the fit under stated noise on.

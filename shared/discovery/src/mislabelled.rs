@@ -20,6 +20,7 @@ use std::sync::Arc;
 
 use dynamics::description::Plant;
 
+use crate::diagnose::LabelReport;
 use channels::{Channel, Recording};
 use examination::doctor::quantity::{Kind, Quantity, of_channel};
 use examination::doctor::{Check, Finding, Severity, short};
@@ -324,6 +325,13 @@ impl Mislabelled {
             Mistake::Swapped => format!("{names} are swapped"),
         };
         self.instead.iter().fold(own, |all, other| format!("{all}, or {}", other.in_words()))
+    }
+
+    /// As an entry of a diagnosis.
+    #[must_use]
+    pub fn report(&self, probability: Option<f64>, corrected: bool) -> LabelReport {
+        let (recording, channels, mistake) = (self.recording.clone(), self.channels.clone(), self.in_words());
+        LabelReport { recording, channels, mistake, probability, corrected }
     }
 
     pub(super) fn finding(&self) -> Finding {

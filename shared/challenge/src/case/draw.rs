@@ -22,6 +22,10 @@ const TRIALS: usize = 12;
 const BIAS_SIGMA_MIN: f64 = 2.0;
 const ABSORBED_SHARE_MIN: f64 = 0.3;
 
+/// Remainder of a control, as a share of the signal, and by how many samples its factor is late.
+const REMAINDER: [f64; 2] = [0.01, 0.03];
+const LAGS: [f64; 2] = [10.0, 40.0];
+
 /// Ten cases hold three nulls, four single effects, a pair, one with its effect outside the
 /// catalogue, one masked.
 pub(super) fn class_of(case: u64) -> Class {
@@ -77,6 +81,7 @@ struct Setup<'a> {
     numbers: Numbers,
     flight: Flight,
     noise: Disturbance,
+    ids: (u64, u64),
 }
 
 impl<'a> Setup<'a> {
@@ -88,6 +93,7 @@ impl<'a> Setup<'a> {
             numbers: true_numbers(plant, ids, own),
             flight: flight(bench, plant, &mut draw),
             noise: disturbance(bench, plant, kind, ids, own),
+            ids,
         }
     }
 
@@ -117,7 +123,10 @@ impl<'a> Setup<'a> {
     fn record(&self, list: &[(Hidden, Seat)], name: &str) -> Recording {
         let plant = &self.flight.plant;
         let rig = rig(self.bench, &self.numbers, list, plant.actuators.len(), self.names.len());
-        let trace = simulate(&rig, &self.numbers, &self.names, &self.experiment(true));
+        let mut trace = simulate(&rig, &self.numbers, &self.names, &self.experiment(true));
+        if self.noise.kind == NoiseKind::Remainder {
+            with_remainder(&mut trace.measured, &mut Draw::new(self.ids.0, self.ids.1, "remainder"));
+        }
         let time = |off: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (0..self.bench.samples).map(|k| k as f64 * self.bench.period_s + off(k)).collect()
         };
@@ -135,6 +144,25 @@ impl<'a> Setup<'a> {
             channel(&sensor.name, plant.sensor_unit(sensor), time(&|k| self.noise.stamps[k]), y, Role::Output)
         });
         Recording { name: name.to_owned(), channels: inputs.chain(outputs).collect() }
+    }
+}
+
+/// Adds to every channel its product with another one of a while ago, both in units of their rms:
+/// deterministic, the same law in every recording of a case, and none of the catalogue.
+fn with_remainder(measured: &mut [Vec<f64>], draw: &mut Draw) {
+    let rms = |y: &[f64]| {
+        let mean = y.iter().sum::<f64>() / y.len().max(1) as f64;
+        (mean, (y.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>() / y.len().max(1) as f64).sqrt())
+    };
+    let before = measured.to_vec();
+    for (channel, values) in measured.iter_mut().enumerate() {
+        let other = &before[draw.below(before.len())];
+        let (share, lag) = (draw.log_uniform(REMAINDER[0], REMAINDER[1]), draw.uniform(LAGS[0], LAGS[1]) as usize);
+        let ((mean, _), (their_mean, theirs)) = (rms(&before[channel]), rms(other));
+        for k in 0..values.len() {
+            let past = (other[k.saturating_sub(lag)] - their_mean) / theirs;
+            values[k] += share * (before[channel][k] - mean) * past;
+        }
     }
 }
 
@@ -214,14 +242,25 @@ fn planned_d(class: Class, draw: &mut Draw) -> f64 {
 /// Draws, simulates and seals case `case` of `seed`.
 #[must_use]
 pub fn case(seed: u64, case: u64) -> Sealed {
-    let ids = (seed, case);
+    drawn((seed, case), class_of(case), false)
+}
+
+/// The same of a complete plant whose readings hold a remainder that no law of the catalogue makes,
+/// in the held-out recording, too.
+#[must_use]
+pub fn control(seed: u64, case: u64) -> Sealed {
+    drawn((seed, case), Class::Null, true)
+}
+
+fn drawn(ids: (u64, u64), class: Class, is_control: bool) -> Sealed {
+    let (seed, case) = ids;
     let mut draw = Draw::new(seed, case, "plan");
-    let class = class_of(case);
     let bench = &BENCHES[draw.below(BENCHES.len())];
     let plant = kept(bench);
-    let noise = noise_of(case, class, &plant);
+    let noise = if is_control { NoiseKind::Remainder } else { noise_of(case, class, &plant) };
+    let unseen = if is_control { NoiseKind::Remainder } else { NoiseKind::Right };
     let setup = Setup::new(bench, &plant, noise, ids, "recording");
-    let other = Setup::new(bench, &plant, NoiseKind::Right, ids, "held_out");
+    let other = Setup::new(bench, &plant, unseen, ids, "held_out");
     let planned = planned_d(class, &mut draw);
     let chosen = if class == Class::Null { None } else { Some((setup.lab(), planned)) }.map(|(lab, planned)| {
         let chosen = choose(&lab, class, planned, &mut draw);
@@ -265,7 +304,7 @@ pub fn case(seed: u64, case: u64) -> Sealed {
     let exam = Exam {
         plant: setup.flight.plant.clone(),
         recording,
-        held_out: (class != Class::Null).then(|| (other.flight.plant.clone(), held_out)),
+        held_out: (class != Class::Null || is_control).then(|| (other.flight.plant.clone(), held_out)),
         without,
     };
     Sealed { exam, digest: digest(&bytes), truth: bytes }

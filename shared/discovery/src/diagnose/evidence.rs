@@ -45,14 +45,26 @@ pub(super) fn locate(
     before.fit.linearised.whiten(session, &before.noise, &mut r)?;
     let n = r[0].len();
     let effect = |s: usize| -> f64 { score.projected.iter().zip(&score.amplitude).map(|(c, a)| a * c[s]).sum() };
+    let change: Vec<f64> = (0..n).map(effect).collect();
+    place_of(session, &change, &r[0], (column.candidate.site.to_string(), p))
+}
+
+/// Channel with most of `Σ c r`, and the middle eight tenths of `c²` over time, of whitened
+/// innovations `r` and their change `c`.
+pub(crate) fn place_of(
+    session: &EstimationSession<'_>,
+    change: &[f64],
+    r: &[f64],
+    (site, p): (String, f64),
+) -> Option<Where> {
     let mut by_channel = vec![0.0; session.problem.plant.sensors.len()];
-    let mut energy = Vec::with_capacity(n);
+    let mut energy = Vec::with_capacity(r.len());
     for (run, offset) in session.offsets.iter().enumerate() {
         let timeline = &session.timelines[run];
         for event in &timeline.events {
             for sample in event.first..event.first + event.count {
-                let c = effect(offset + sample);
-                by_channel[timeline.channel[sample]] += c * r[0][offset + sample];
+                let c = change[offset + sample];
+                by_channel[timeline.channel[sample]] += c * r[offset + sample];
                 energy.push((event.t_s, c * c));
             }
         }
@@ -72,7 +84,7 @@ pub(super) fn locate(
     };
     Some(Where {
         channel: session.problem.plant.sensors[channel].name.clone(),
-        site: column.candidate.site.to_string(),
+        site,
         time: [time_at(0.1), time_at(0.9)],
         band_hz: [0.0, 0.5 / session.timelines[0].period_s],
         states: Vec::new(),

@@ -35,7 +35,7 @@ pub(super) fn figures(
     let fair = whitened((before.0, &best.noise)).unwrap_or_else(|| b.clone());
     Figures {
         tiles: tiles(session, &b, &a),
-        evidence: evidence(session, &fair, &a, adopted),
+        evidence: curve(session, (&fair, &a), &all_adopted(adopted)).into_iter().collect(),
         law_maps: map.map(|map| state_map(session, map)).into_iter().collect(),
         angles: angles(screening),
         overlays: Vec::new(),
@@ -43,7 +43,7 @@ pub(super) fn figures(
 }
 
 /// Power of windows and octaves of every channel's innovations, in standard errors from one.
-fn tiles(session: &EstimationSession<'_>, before: &[f64], after: &[f64]) -> Vec<Tile> {
+pub(crate) fn tiles(session: &EstimationSession<'_>, before: &[f64], after: &[f64]) -> Vec<Tile> {
     let mut list = Vec::new();
     for (channel, sensor) in session.problem.plant.sensors.iter().enumerate() {
         for (run, offset) in session.offsets.iter().enumerate() {
@@ -94,18 +94,24 @@ fn octaves(x: &[f64]) -> Vec<f64> {
     list
 }
 
-/// Gain in log-likelihood up to each instant, all adopted effects together.
-fn evidence(session: &EstimationSession<'_>, before: &[f64], after: &[f64], adopted: &[Adopted]) -> Vec<EvidenceCurve> {
-    if adopted.is_empty() {
-        return Vec::new();
-    }
+/// Kinds and sites of all adopted effects, each joined.
+fn all_adopted(adopted: &[Adopted]) -> [String; 2] {
     let name = |of: &dyn Fn(&Adopted) -> String| adopted.iter().map(of).collect::<Vec<_>>().join(" + ");
-    let mut curve = EvidenceCurve {
-        kind: name(&|a| a.column.candidate.effect.kind.to_owned()),
-        site: name(&|a| a.column.candidate.site.to_string()),
-        time_s: Vec::new(),
-        gain: Vec::new(),
-    };
+    [name(&|a| a.column.candidate.effect.kind.to_owned()), name(&|a| a.column.candidate.site.to_string())]
+}
+
+/// Gain in log-likelihood up to each instant, of effects of these kinds at these sites together:
+/// whitened innovations without and with them. `None`: no effect.
+pub(crate) fn curve(
+    session: &EstimationSession<'_>,
+    (before, after): (&[f64], &[f64]),
+    [kind, site]: &[String; 2],
+) -> Option<EvidenceCurve> {
+    if kind.is_empty() {
+        return None;
+    }
+    let (kind, site) = (kind.clone(), site.clone());
+    let mut curve = EvidenceCurve { kind, site, time_s: Vec::new(), gain: Vec::new() };
     let every = (session.samples / CURVE_POINTS_MAX).max(1);
     let (mut sum, mut count, mut origin) = (0.0, 0, 0.0);
     for (run, offset) in session.offsets.iter().enumerate() {
@@ -125,10 +131,11 @@ fn evidence(session: &EstimationSession<'_>, before: &[f64], after: &[f64], adop
         }
         origin += last - first;
     }
-    vec![curve]
+    Some(curve)
 }
 
-fn state_map(session: &EstimationSession<'_>, map: &UnknownLaw) -> LawMap {
+/// The data and the fitted law over its coordinates.
+pub(crate) fn state_map(session: &EstimationSession<'_>, map: &UnknownLaw) -> LawMap {
     let plant = &session.problem.plant;
     let site = &map.place.site;
     let of_joint = |name: &str| -> String {

@@ -24,7 +24,7 @@ const OWN_ROUNDS: usize = 3;
 const OWN_PARAMETER_SIGMA_MIN: f64 = 3.0;
 
 /// Evidence of held-out data: kind, free runs before and after, gain, and figures.
-pub(super) struct HeldOutEvidence {
+pub(crate) struct HeldOutEvidence {
     pub kind: HeldOutKind,
     pub before: Vec<ChannelFit>,
     pub after: Vec<ChannelFit>,
@@ -35,7 +35,8 @@ pub(super) struct HeldOutEvidence {
     pub overlays: Vec<Overlay>,
 }
 
-pub(super) fn held_out(
+/// Of `best` beside the nominal plant, on another recording or on blocks of the fitted ones.
+pub(crate) fn held_out(
     problem: &Problem,
     session: &EstimationSession<'_>,
     stated: &Fit,

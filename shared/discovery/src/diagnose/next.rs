@@ -4,6 +4,7 @@
 use super::{Adopted, RivalEffect};
 use crate::compete::FittedModel;
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
+use crate::score::Candidate;
 use dynamics::description::Plant;
 use identification::fit::EstimationSession;
 use identification::problem::{Drive, Problem};
@@ -17,7 +18,7 @@ const MENU_REPORTED_MAX: usize = 5;
 
 /// The scenario that separates the least decided effect from its strongest rival, or why there is
 /// none.
-pub(super) enum Next {
+pub(crate) enum Next {
     NothingOpen,
     /// A plant file whose commands are the experiment.
     Scenario(String),
@@ -37,18 +38,21 @@ pub(super) fn next(session: &EstimationSession<'_>, best: &FittedModel, adopted:
     else {
         return Next::NothingOpen;
     };
-    let plant = posterior(best);
+    separating(session, &posterior(best), (&own.column.candidate, &own.score.amplitude), &rival.candidate)
+}
+
+/// The scenario that separates `first` at `amplitude`, which `plant` has, from `second`.
+pub(crate) fn separating(
+    session: &EstimationSession<'_>,
+    plant: &Plant,
+    (first, amplitude): (&Candidate, &[f64]),
+    second: &Candidate,
+) -> Next {
     let problem = session.problem;
     let flown: Vec<f64> = (0..plant.actuators.len()).map(|index| largest(problem, index)).collect();
-    let question = Question {
-        plant: &plant,
-        first: &own.column.candidate,
-        amplitude: &own.score.amplitude,
-        second: &rival.candidate,
-        duration_s: problem.span_s()[1] - problem.span_s()[0],
-        flown: &flown,
-    };
-    in_words(own, rival, &menu(&question, session.threads, &session.work))
+    let duration_s = problem.span_s()[1] - problem.span_s()[0];
+    let question = Question { plant, first, amplitude, second, duration_s, flown: &flown };
+    in_words(first, second, &menu(&question, session.threads, &session.work))
 }
 
 /// The rival of largest weight; exact twins last, since no experiment separates those.
@@ -57,9 +61,8 @@ fn strongest(own: &Adopted) -> Option<&RivalEffect> {
     own.rivals.iter().max_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))
 }
 
-fn in_words(own: &Adopted, rival: &RivalEffect, menu: &[Experiment]) -> Next {
-    let first = &own.column.candidate;
-    let pair = format!("{}@{} from {}@{}", first.effect.kind, first.site, rival.kind, rival.site);
+fn in_words(first: &Candidate, second: &Candidate, menu: &[Experiment]) -> Next {
+    let pair = format!("{}@{} from {}@{}", first.effect.kind, first.site, second.effect.kind, second.site);
     let list: Vec<String> =
         menu.iter().take(MENU_REPORTED_MAX).map(|entry| format!("{} ({:.1})", entry.name, entry.d)).collect();
     let list = list.join(", ");

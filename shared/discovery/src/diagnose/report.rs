@@ -96,6 +96,21 @@ pub struct EffectEvidence {
     pub family: String,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub group: Vec<String>,
+    /// Of larger laws that hold this one as a limit.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub extra_parameter_bound: Vec<ExtraParameterBound>,
+}
+
+/// The range of two standard deviations of a parameter that the law `kind` has beside those of the
+/// named one, and the value at which both are the same law.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExtraParameterBound {
+    pub kind: String,
+    pub parameter: String,
+    pub low: f64,
+    pub high: f64,
+    pub same_at: f64,
+    pub unit: String,
 }
 
 /// A shift of the recorded inputs, in samples of their own: half of one earlier is linear between
@@ -104,6 +119,18 @@ pub struct EffectEvidence {
 pub struct InputTiming {
     pub shift_samples: f64,
     pub probability: f64,
+}
+
+/// A label of a channel that was in doubt: what it would be wrong by, the probability of that where
+/// it was decided by evidence, and whether it was corrected.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LabelReport {
+    pub recording: String,
+    pub channels: Vec<String>,
+    pub mistake: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+    pub corrected: bool,
 }
 
 /// A hypothesis that has no probability, and why.
@@ -282,6 +309,12 @@ pub struct Diagnosis {
     pub open: Vec<OpenHypothesis>,
     /// Where the leading model has the recorded inputs at another time.
     pub input_timing: Vec<InputTiming>,
+    /// Labels of channels that were in doubt.
+    pub labels: Vec<LabelReport>,
+    /// Nats of the leading model with those of the recordings that it was not fitted to, and how
+    /// many readings that counts; of a decision by evidence.
+    #[serde(skip)]
+    pub total_evidence: Option<(f64, usize)>,
     #[serde(skip)]
     pub figures: Figures,
     #[serde(skip)]
@@ -310,6 +343,9 @@ impl Diagnosis {
     pub fn of_mislabelled(mut self, mislabelled: &[Mislabelled]) -> Self {
         if mislabelled.is_empty() {
             return self;
+        }
+        if self.labels.is_empty() {
+            self.labels = mislabelled.iter().map(|label| label.report(None, true)).collect();
         }
         let mut kinds: Vec<(&Mislabelled, Vec<&str>)> = Vec::new();
         for label in mislabelled {
@@ -351,6 +387,8 @@ impl Diagnosis {
             relevance_percent: None,
             open: Vec::new(),
             input_timing: Vec::new(),
+            labels: Vec::new(),
+            total_evidence: None,
             figures: Figures::default(),
             tried: Vec::new(),
         }

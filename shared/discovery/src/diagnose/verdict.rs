@@ -267,7 +267,8 @@ fn outlying(findings: &Findings<'_>) -> String {
     findings.left.outliers.iter().map(reported).collect::<Vec<_>>().join("; ")
 }
 
-fn bin_location(session: &EstimationSession<'_>, bin: &StrongestBin) -> Where {
+/// Where a time–frequency bin lies.
+pub(crate) fn bin_location(session: &EstimationSession<'_>, bin: &StrongestBin) -> Where {
     let channel = session.problem.plant.sensors[bin.channel].name.clone();
     Where { site: channel.clone(), channel, time: bin.time_s, band_hz: bin.band_hz, states: Vec::new(), p: bin.p() }
 }
@@ -290,7 +291,8 @@ fn bin_in_words(findings: &Findings<'_>, bin: &StrongestBin) -> String {
     )
 }
 
-fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Where {
+/// Where an unknown law acts.
+pub(crate) fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Where {
     let (begin, end) = session
         .problem
         .runs

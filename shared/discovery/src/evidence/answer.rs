@@ -1,21 +1,22 @@
 //! A pool of models as a diagnosis.
 
+mod effects;
+mod figures;
 mod numbers;
 
-use super::decide::{Class, Decision, RELEVANT_SHARE, Weighted, decide};
+use super::decide::{Class, Decision, Weighted, decide};
 use super::horizon::{Compared, Horizons};
-use super::hypothesis::{Hypothesis, Part, name_of, unknown_of};
+use super::hypothesis::{Hypothesis, name_of};
 use super::law::{Kind, Law};
 use super::model::{Ground, Model};
 use super::pool::{Entry, Pool};
 use super::timing::shift_of;
+use crate::compete::FittedModel;
 use crate::diagnose::{
-    Compare, Diagnosis, EffectEvidence, EffectReport, InputTiming, OpenHypothesis, ParameterReport, Rival, Tried,
-    Verdict,
+    Compare, Diagnosis, HeldOutEvidence, InputTiming, Next, OpenHypothesis, Options, Tried, Verdict, held_out,
 };
-use dynamics::effect::Role;
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
-use identification::held_out::{Predictor, Status, free_run};
+use identification::held_out::{Gain, Status};
 
 /// Weight below which a rival is left out of the report.
 const REPORTED: f64 = 1e-3;
@@ -58,7 +59,7 @@ pub(super) fn answered(
     session: &EstimationSession<'_>,
     pool: &Pool,
     law: Option<&Law>,
-    notes: Vec<String>,
+    (options, notes): (&Options, Vec<String>),
 ) -> Diagnosis {
     let weights = pool.weights();
     let mut names = Names { list: Vec::new() };
@@ -76,7 +77,13 @@ pub(super) fn answered(
         _ => on_fitted(session, &leader.model, &before.model),
     };
     let (compared, left) = (beside(bare), beside(leader));
-    let shown = Shown { session, pool, models: &models, names: &names.list, decision: &decision, law, compared, left };
+    // shifted inputs are no plant that could be carried over
+    let is_alone = decision.leader == 0 || shift_of(&leader.model.set).is_some();
+    let with = fitted_model(&leader.model);
+    let unseen = held_out(session.problem, session, &bare.model.fit, &with, is_alone, options);
+    let (models, names) = (&models[..], &names.list[..]);
+    let shown =
+        Shown { session, pool, models, names, decision: &decision, law, compared, left, unseen, worth: options.worth };
     shown.diagnosis(notes)
 }
 
@@ -98,12 +105,23 @@ struct Shown<'a> {
     compared: Option<Compared>,
     /// The leading model beside itself: what it leaves.
     left: Option<Compared>,
+    /// Another recording, or blocks of the fitted ones, predicted with frozen parameters.
+    unseen: HeldOutEvidence,
+    /// Share of the signal below which nothing is worth adding.
+    worth: f64,
+}
+
+fn fitted_model(model: &Model) -> FittedModel {
+    FittedModel::new(model.problem.clone(), model.fit.clone(), model.noise.clone(), model.objective)
 }
 
 /// Free runs over a horizon of two models on the fitted recordings.
 fn on_fitted(session: &EstimationSession<'_>, own: &Model, bare: &Model) -> Option<Compared> {
     let ground = Ground { session };
-    let of = |model: &Model| Horizons::new(&model.session(ground)?, &model.fit.linearised.linears, &model.noise);
+    let of = |model: &Model| {
+        let (session, linears) = (model.session(ground)?, &model.fit.linearised.linears);
+        Horizons::new(&session, linears, &model.noise, &ground.session.noise)
+    };
     of(own)?.beside(&of(bare)?)
 }
 
@@ -140,18 +158,23 @@ impl Shown<'_> {
         self.left.as_ref().is_some_and(|left| left.relevance().is_some())
     }
 
-    /// Free runs show a misfit that noise cannot explain, and the leading model hardly any of it.
+    /// Free runs show a misfit that noise cannot explain, and the leading model too little of it.
     fn is_irrelevant(&self) -> bool {
-        self.compared.as_ref().and_then(Compared::relevance).is_some_and(|share| share < RELEVANT_SHARE)
+        self.compared.as_ref().is_some_and(|compared| !compared.is_worth_adding(self.worth))
     }
 
     fn has_effects(&self) -> bool {
         matches!(self.verdict(), Verdict::Named | Verdict::Sensor | Verdict::NotSeparable)
     }
 
+    /// On held-out recordings, where there are any; else on blocks of the fitted ones.
+    fn gain(&self) -> Option<Gain> {
+        let both = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref());
+        both.map(|(own, bare)| own.gain(bare)).or(self.unseen.gain)
+    }
+
     fn status(&self) -> Status {
-        let gain = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref()).map(|(own, bare)| own.gain(bare));
-        match gain {
+        match self.gain() {
             // a name is not confirmed where the plant runs away with it
             Some(gain) if self.runs_worse() && gain.status() == Status::Confirmed => Status::Unconfirmed,
             Some(gain) if gain.free_run_diverges() && gain.status() == Status::Confirmed => Status::Unconfirmed,
@@ -176,15 +199,25 @@ impl Shown<'_> {
         let (session, bare) = (self.session, &self.bare().model);
         let mut diagnosis = Diagnosis::cannot_decide(self.reason());
         diagnosis.verdict = self.verdict();
-        let nominal = Predictor { plant: &bare.problem.plant, theta: &bare.fit.theta, noise: &bare.noise };
-        diagnosis.compare = Compare { channels: free_run(session, nominal) };
+        diagnosis.compare = Compare { channels: self.unseen.compare.clone() };
         diagnosis.notes = notes;
         if self.has_effects() {
             let parts = self.leader().model.set.iter().flat_map(|own| own.parts().iter().map(move |part| (own, part)));
             diagnosis.effects = parts.map(|(own, part)| self.effect(own, part)).collect();
-            if self.status() == Status::Confirmed {
-                diagnosis.augmented_plant = Some(plant_file::write(&self.posterior()));
-            }
+        }
+        let has_plant = self.has_effects() || self.verdict() == Verdict::ParameterConflict;
+        if has_plant && self.status() == Status::Confirmed {
+            diagnosis.augmented_plant = Some(plant_file::write(&self.posterior()));
+        }
+        let readings = |held_out: &super::predict::HeldOut| held_out.terms.times_s.len();
+        let count = session.samples + self.leader().held_out.as_ref().map_or(0, readings);
+        diagnosis.total_evidence = Some((self.pool.score(self.leader()), count));
+        diagnosis.located = self.located();
+        diagnosis.figures = self.figures();
+        match self.next() {
+            Next::NothingOpen => {}
+            Next::Scenario(text) => diagnosis.next_experiment = Some(text),
+            Next::Never(why) => diagnosis.notes.push(why),
         }
         diagnosis.nominal = self.nominal();
         diagnosis.held_out = self.held_out();
@@ -226,7 +259,7 @@ impl Shown<'_> {
         let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
         let reason = match self.verdict() {
             Verdict::NotInCatalogue | Verdict::CannotDecide => {
-                return self.law.map_or(String::new(), |law| law.words.clone());
+                return self.law.map_or(String::new(), |law| format!("{}{}", law.words, self.remainder()));
             }
             Verdict::Named | Verdict::Sensor => {
                 format!("{key}: {odds:.1} nats ahead of the plant alone, prior and multiplicity counted")
@@ -242,10 +275,17 @@ impl Shown<'_> {
                 )
             }
             Verdict::NoiseModel => {
-                format!("the noise is not as stated; no physics is missing beside it: {}", self.noise())
+                format!(
+                    "the noise is not as stated; no physics is missing beside it: {}{}",
+                    self.noise(),
+                    self.remainder()
+                )
             }
             _ if self.is_irrelevant() && !matches!(self.decision.verdict, Verdict::None) => self.not_worth(&key),
-            _ => "nothing is missing that this recording could show; see the detection limits".to_owned(),
+            _ => format!(
+                "nothing is missing that this recording could show; see the detection limits{}",
+                self.remainder()
+            ),
         };
         format!("{reason}{beside}")
     }
@@ -262,86 +302,5 @@ impl Shown<'_> {
         let inputs =
             stated_inputs.map(|(i, name)| format!("{name} x{:.2}", noise.input_sigma[i] / stated.input_sigma[i]));
         sensors.chain(inputs).collect::<Vec<_>>().join(", ")
-    }
-
-    fn effect(&self, own: &Hypothesis, part: &Part) -> EffectReport {
-        let candidate = &part.column.candidate;
-        let name = self.names.iter().position(|other| *other == name_of(candidate)).unwrap_or(0);
-        let is_group = own.parts().len() > 1;
-        EffectReport {
-            kind: candidate.effect.kind.to_owned(),
-            title: candidate.effect.title.to_owned(),
-            site: candidate.site.to_string(),
-            probability: self.decision.inclusion[name].min(1.0),
-            status: self.status(),
-            rivals: self.rivals(name),
-            parameters: self.parameters(part),
-            kappa: part.kappa,
-            d: (2.0 * (self.leader().model.log_likelihood() - self.without(name))).max(0.0).sqrt(),
-            evidence: Some(EffectEvidence {
-                log_evidence: self.pool.log_odds(self.decision.leader),
-                free_run_share_percent: self.shares().into_iter().map(|share| 100.0 * share).collect(),
-                family: candidate.effect.family.name().to_owned(),
-                group: if is_group {
-                    own.parts().iter().map(|p| p.column.candidate.site.to_string()).collect()
-                } else {
-                    Vec::new()
-                },
-            }),
-        }
-    }
-
-    /// Greatest log-likelihood of the models that lack a name and hold no more than the leader.
-    fn without(&self, name: usize) -> f64 {
-        let most = self.leader().model.set.len();
-        let lacks =
-            self.pool.entries.iter().zip(self.models).filter(|(entry, model)| {
-                entry.model.set.len() < most && model.members.iter().all(|(_, own)| *own != name)
-            });
-        lacks.map(|(entry, _)| entry.model.log_likelihood()).fold(self.bare().model.log_likelihood(), f64::max)
-    }
-
-    /// Names outside the leading model, with the weight of the models that hold them and lack
-    /// `name`.
-    fn rivals(&self, name: usize) -> Vec<Rival> {
-        let holds = |model: &Weighted, name: usize| model.members.iter().any(|(_, own)| *own == name);
-        let leading = &self.models[self.decision.leader];
-        let mut list = Vec::new();
-        for (other, text) in self.names.iter().enumerate().filter(|(other, _)| !holds(leading, *other)) {
-            let own = self.models.iter().filter(|model| holds(model, other) && !holds(model, name));
-            let weight: f64 = own.map(|model| model.weight).sum();
-            let Some((kind, site)) = text.split_once('@').filter(|_| weight > REPORTED) else { continue };
-            list.push(Rival {
-                kind: kind.to_owned(),
-                site: site.to_owned(),
-                probability: weight,
-                reason: format!("sets with it and without the other have {:.1} % of the posterior", 100.0 * weight),
-            });
-        }
-        list.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        list
-    }
-
-    fn parameters(&self, part: &Part) -> Vec<ParameterReport> {
-        let model = &self.leader().model;
-        let candidate = &part.column.candidate;
-        let prefix = unknown_of(candidate, "");
-        let own = model.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
-        let fitted = own.map(|(i, unknown)| ParameterReport {
-            name: unknown.parameter[prefix.len()..].to_owned(),
-            value: model.fit.theta[i],
-            sigma: model.fit.sigma[i],
-            unit: unknown.unit.clone(),
-        });
-        let period_s = self.session.timelines[0].period_s;
-        let role = |name: &str| candidate.effect.parameter(name).map(|parameter| parameter.role);
-        let times = candidate.inner.iter().filter(|(name, _)| matches!(role(name), Some(Role::Onset | Role::Duration)));
-        let times = times.map(|(name, value)| ParameterReport {
-            name: (*name).to_owned(),
-            value: *value,
-            sigma: period_s,
-            unit: "s".to_owned(),
-        });
-        fitted.chain(times).collect()
     }
 }

@@ -23,6 +23,14 @@ pub(super) const AMPLITUDE_SCALE: f64 = 1.0;
 /// Factor on the standard deviation of a number that conflicts with its file: one decade, which
 /// costs it ln 10 = 2.3 nats.
 pub(super) const CONFLICT_FACTOR: f64 = 10.0;
+/// Prior odds that a label of a channel is wrong: one log in so many that a person has looked at.
+pub(super) const LABEL_ODDS: f64 = 1e-3;
+/// Standard deviation of a number that its file states as exact, as a share of it: what drawings
+/// and analyses are off by. It enters ten times, by its logarithm.
+pub(super) const EXACT_SHARE: f64 = 0.05;
+/// Standard deviation of the damping ratio of a tank's mass or a mode that is stated without
+/// damping: that of tanks with baffles and of joints of structures, rather high.
+pub(super) const DAMPING_RATIO: f64 = 0.05;
 /// Squared distance of whitened innovations below which two laws are the same on a record: one nat
 /// of likelihood, odds below e.
 pub(super) const SAME: f64 = 2.0;
@@ -36,6 +44,10 @@ pub(super) const WORSE: f64 = 0.05;
 /// Share of the misfit that noise cannot explain below which an effect is not worth adding: a rms
 /// 5 % smaller is what a reader sees in an overlay.
 pub(super) const RELEVANT_SHARE: f64 = 0.1;
+/// Share of the signal below which a misfit is not seen in an overlay: the same 5 % of a rms.
+pub(super) const SEEN_SHARE: f64 = 0.05;
+/// Share of a misfit that is not seen from which a law is what the plant lacks: the greater part.
+pub(super) const MAIN_SHARE: f64 = 0.5;
 /// Standard deviation of the logarithm of a rate or distance over which a law unfolds about the
 /// middle of its screening: a decade and a half of width, what a record resolves.
 pub(super) const WIDTH_SPREAD: f64 = 1.5;

@@ -3,13 +3,14 @@
 //! A free run is comparable only as long as disturbances have not driven the plant away. Windows of
 //! several lengths are run, since over long ones what counts is how well parameters are known, too;
 //! an effect matters if it does at some length. Of each channel of each recording, e being the
-//! distance and v what the better plant's noise gives it,
+//! distance and v what the better plant's noise gives it (its readings' as fitted, no disturbance
+//! above its stated size),
 //!
 //! ```text
 //! share = 1 − Σ (e_after² − v) / Σ (e_before² − v)        of the misfit that noise cannot explain
 //! ```
 
-use super::decide::{RELEVANT_SHARE, WORSE};
+use super::decide::{MAIN_SHARE, RELEVANT_SHARE, SEEN_SHARE, WORSE};
 use identification::filter::{Linear, NoiseModel, ahead};
 use identification::fit::EstimationSession;
 use identification::held_out::{Gain, block_s, blocks};
@@ -67,7 +68,7 @@ pub(super) struct Site {
     pub before: f64,
     pub after: f64,
     pub noise: f64,
-    /// Before, over the standard deviation of the readings.
+    /// What noise cannot explain before, over the standard deviation of the readings.
     pub of_signal: f64,
     /// Of the misfit that noise cannot explain; `None` where noise explains all of it.
     pub share: Option<f64>,
@@ -75,8 +76,15 @@ pub(super) struct Site {
 }
 
 impl Horizons {
-    /// `None` where a covariance is not positive.
-    pub(super) fn new(session: &EstimationSession<'_>, linears: &[Linear], noise: &NoiseModel) -> Option<Self> {
+    /// Of a model under its `noise`; `stated` bounds what a disturbance may explain. `None` where a
+    /// covariance is not positive.
+    pub(super) fn new(
+        session: &EstimationSession<'_>,
+        linears: &[Linear],
+        noise: &NoiseModel,
+        stated: &NoiseModel,
+    ) -> Option<Self> {
+        let explaining = within_stated(noise, stated);
         let channels = session.problem.plant.sensors.len();
         let name = |site: usize| {
             let (recording, sensor) = (site / channels, &session.problem.plant.sensors[site % channels]);
@@ -104,9 +112,10 @@ impl Horizons {
                 variance: Vec::new(),
             };
             for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
-                let found = ahead(linear, timeline, noise, window, timeline.events.len() / BEGIN_SHARE)?;
-                length.residual.extend(found.residual);
-                length.variance.extend(found.variance);
+                let run =
+                    |noise: &NoiseModel| ahead(linear, timeline, noise, window, timeline.events.len() / BEGIN_SHARE);
+                length.residual.extend(run(noise)?.residual);
+                length.variance.extend(run(&explaining)?.variance);
             }
             lengths.push(length);
             window /= WINDOW_RATIO;
@@ -145,6 +154,14 @@ impl Horizons {
     fn block_of(&self, length: &Length) -> f64 {
         self.block_s.max(length.window_s).min(self.duration_s / BLOCKS_MIN)
     }
+}
+
+/// `noise` with no disturbance above its stated size: a disturbance that nobody stated follows
+/// whatever a plant lacks, and what it follows is misfit, not noise.
+fn within_stated(noise: &NoiseModel, stated: &NoiseModel) -> NoiseModel {
+    let mut within = noise.clone();
+    within.input_sigma.iter_mut().zip(&stated.input_sigma).for_each(|(own, stated)| *own = own.min(*stated));
+    within
 }
 
 fn spread(samples: &[Sample], values: &[f64], site: usize) -> f64 {
@@ -190,7 +207,7 @@ impl Sums<'_> {
             before: before.sqrt(),
             after: after.sqrt(),
             noise: noise.sqrt(),
-            of_signal: before.sqrt() / self.own.spread[site].max(f64::MIN_POSITIVE),
+            of_signal: (before - noise).max(0.0).sqrt() / self.own.spread[site].max(f64::MIN_POSITIVE),
             share: is_felt.then(|| 1.0 - (after - noise).max(0.0) / (before - noise)),
             is_worse: change.interval(level)[1] < 0.0 && after > (1.0 + RELEVANT_SHARE) * before,
         }
@@ -211,6 +228,17 @@ impl Compared {
     /// The largest share of a channel; `None` where noise explains all misfit of all.
     pub(super) fn relevance(&self) -> Option<f64> {
         self.sites.iter().filter_map(|site| site.share).reduce(f64::max)
+    }
+
+    /// Of some channel's misfit that noise cannot explain the model takes away a share that matters:
+    /// of one that a reader of an overlay sees, what he sees; of a smaller one, most of it, since a
+    /// law that leaves the greater part of a small remainder is one of many such. Below `worth` of
+    /// the signal nothing matters. True where noise explains everything.
+    pub(super) fn is_worth_adding(&self, worth: f64) -> bool {
+        let felt = || self.sites.iter().filter_map(|site| Some((site.share?, site.of_signal)));
+        let least = |of_signal: f64| if of_signal < SEEN_SHARE { MAIN_SHARE } else { RELEVANT_SHARE };
+        let is_worth = |(share, of_signal): (f64, f64)| of_signal >= worth && share >= least(of_signal);
+        felt().next().is_none() || felt().any(is_worth)
     }
 
     /// The largest part of a channel that the plant without hypotheses misses.

@@ -6,6 +6,7 @@
 //! | the same law at all like sites | one amplitude a site, one prior probability for all |
 //! | coloured noise of a channel | its pole |
 //! | a number in conflict with its file | the same number, ten times its standard deviation |
+//! | a number that its file states as exact | the number (`exact`) |
 //! | inputs shifted by a share of a sample | the shift |
 //!
 //! An amplitude's standard deviation is that whose push has the rms of all that drives the record
@@ -18,6 +19,7 @@
 //! prior: an onset has one point a sample.
 
 use super::decide::{Class, WIDTH_SPREAD};
+use super::exact::Exact;
 use super::timing;
 use crate::score::candidates::motion;
 use crate::score::{Candidate, Column};
@@ -75,6 +77,8 @@ pub(super) enum Hypothesis {
     Coloured(usize),
     /// By the name of its unknown.
     Conflict(String),
+    /// A number that the file states as exact, free.
+    Exact(Exact),
     /// All recorded inputs later by a share of a sample.
     Timing(f64),
 }
@@ -92,7 +96,7 @@ impl Hypothesis {
                 names.collect::<Vec<_>>().join(" + ")
             }
             Self::Coloured(channel) => format!("coloured noise of {}", plant.sensors[*channel].name),
-            Self::Conflict(name) => format!("conflict of {name}"),
+            Self::Conflict(name) | Self::Exact(Exact { name, .. }) => format!("conflict of {name}"),
             Self::Timing(shift) => format!("inputs later by {shift} samples"),
         }
     }
@@ -104,7 +108,7 @@ impl Hypothesis {
             }
             Self::Effect(_) => Class::Physics,
             Self::Coloured(_) => Class::Noise,
-            Self::Conflict(_) => Class::Conflict,
+            Self::Conflict(_) | Self::Exact(_) => Class::Conflict,
             Self::Timing(_) => Class::Timing,
         }
     }
@@ -185,7 +189,8 @@ fn prior_of(
         InnerPrior::LogUniform([low, high.clamp(low, parameter.high)])
     };
     match role {
-        Role::Frequency => Some(cut(3.0 / duration_s, 0.35 / period_s)),
+        // up to Nyquist's: what is above is seen at its alias
+        Role::Frequency => Some(cut(3.0 / duration_s, 0.5 / period_s)),
         Role::Order => {
             let turn = core::f64::consts::TAU;
             let (range, rate) = moves.map_or((turn, turn), |m| (m.high - m.low, m.rate_rms));

@@ -4,6 +4,7 @@
 use super::decide::LEVEL;
 use super::model::{Ground, Model};
 use super::pool::Pool;
+use crate::diagnose::{LawMap, Where, bin_location, located, state_map};
 use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
 use crate::unknown_law;
 use identification::held_out::{Status, instants};
@@ -25,6 +26,9 @@ pub(super) enum Kind {
 pub(super) struct Law {
     pub kind: Kind,
     pub words: String,
+    pub place: Where,
+    /// Of a law: its map over its coordinates.
+    pub map: Option<LawMap>,
 }
 
 /// The law that the leading model lacks, where its odds reach the level and parts of the recording
@@ -45,18 +49,20 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
         Some((nats, found)).filter(|(nats, _)| *nats > level && confirmed)
     };
     let beside = of(best);
-    // a law alone that is ahead of the names
-    let alone = if best == 0 { None } else { of(0).filter(|(nats, _)| *nats > pool.log_odds_here(best) + level) };
+    let rest = || not_white(ground, &pool.entries[best].model, pool.log_m + level);
+    // a law alone that is ahead of the names; names that leave nothing lack none
+    let is_left = best != 0 && (beside.is_some() || rest().is_some());
+    let alone = if is_left { of(0).filter(|(nats, _)| *nats > pool.log_odds_here(best) + level) } else { None };
     let has_names = pool.entries[best].model.set.iter().any(|own| !own.parts().is_empty());
     let (instead, beside) = if has_names { (alone, beside) } else { (beside, None) };
     if let Some((nats, found)) = instead {
         // over time alone anything is smooth: a disturbance, or a law
         let kind = if found.place.is_of_time() { Kind::Coloured } else { Kind::Instead };
-        return Some(Law { kind, words: words(nats, &found) });
+        return Some(law(ground, kind, words(nats, &found), &found));
     }
     match beside {
-        Some((nats, found)) => Some(Law { kind: Kind::Beside, words: format!("beside that, {}", words(nats, &found)) }),
-        None => not_white(ground, &pool.entries[best].model, pool.log_m + level),
+        Some((nats, found)) => Some(law(ground, Kind::Beside, format!("beside that, {}", words(nats, &found)), &found)),
+        None => rest(),
     }
 }
 
@@ -80,7 +86,12 @@ fn not_white(ground: Ground<'_>, model: &Model, least: f64) -> Option<Law> {
          {:.1} nats, of no law or noise that was compared",
         nats(&bin)
     );
-    Some(Law { kind, words })
+    Some(Law { kind, words, place: bin_location(&session, &bin), map: None })
+}
+
+fn law(ground: Ground<'_>, kind: Kind, words: String, found: &unknown_law::UnknownLaw) -> Law {
+    let session = ground.session;
+    Law { kind, words, place: located(session, found, 1.0 - LEVEL), map: Some(state_map(session, found)) }
 }
 
 fn words(nats: f64, found: &unknown_law::UnknownLaw) -> String {

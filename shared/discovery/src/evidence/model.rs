@@ -1,6 +1,7 @@
 //! A set of hypotheses fitted to its end, with its evidence.
 
 use super::decide::CONFLICT_FACTOR;
+use super::exact::freed;
 use super::hypothesis::{Hypothesis, InnerPrior, log_swap, unknown_of};
 use super::marginal::{Bound, log_marginal};
 use super::noise::{Linearly, NoisePrior};
@@ -119,6 +120,7 @@ fn session_of<'m>(
 /// `bare` with the effects of `set` at `share` of their amplitudes, and where its unknowns start.
 fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Vec<f64>)> {
     let mut plant = bare.plant.clone();
+    freed(&mut plant, set);
     for part in set.iter().flat_map(Hypothesis::parts) {
         plant = augmented(&plant, &part.column, &part.amplitude, share)?.0;
     }
@@ -141,9 +143,16 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
         }
     }
     for own in set {
-        let Hypothesis::Conflict(name) = own else { continue };
-        let unknown = problem.unknowns.iter_mut().find(|unknown| unknown.name == *name)?;
-        unknown.sigma *= CONFLICT_FACTOR;
+        match own {
+            Hypothesis::Conflict(name) => {
+                problem.unknowns.iter_mut().find(|unknown| unknown.name == *name)?.sigma *= CONFLICT_FACTOR;
+            }
+            Hypothesis::Exact(exact) => {
+                let own = problem.unknowns.iter_mut().find(|unknown| unknown.name == exact.name)?;
+                own.low = own.low.max(0.0);
+            }
+            _ => {}
+        }
     }
     Some((problem, start))
 }

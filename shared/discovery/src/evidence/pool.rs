@@ -53,7 +53,7 @@ pub(super) fn without_colour(set: &[Hypothesis]) -> Vec<Hypothesis> {
 
 impl Pool {
     /// Evidence and held-out nats of an entry with the prior of its set, before tempering.
-    fn score(&self, entry: &Entry) -> f64 {
+    pub(super) fn score(&self, entry: &Entry) -> f64 {
         let held_out = entry.held_out.as_ref().map_or(0.0, |own| own.terms.sum() + own.log_width);
         entry.model.log_marginal + held_out - self.log_m * entry.model.set.len() as f64
     }
@@ -97,11 +97,13 @@ impl Pool {
         best
     }
 
-    /// The entry is the leader without its coloured noise.
-    fn is_leader_in_white(&self, place: usize, best: usize) -> bool {
+    /// The entry is the leader without one of its members, or without its coloured noise: about it
+    /// the member meets its rivals beside all others, and physics is met that noise would hide.
+    fn is_leader_without(&self, place: usize, best: usize) -> bool {
         let [entry, leader] = [place, best].map(|place| &self.entries[place].model);
         let white = without_colour(&leader.set);
-        white.len() < leader.set.len() && key(&white, &leader.problem) == entry.key()
+        let is_white = white.len() < leader.set.len() && key(&white, &leader.problem) == entry.key();
+        is_white || leader.holds(entry) && leader.set.len() == entry.set.len() + 1
     }
 
     /// Posterior weight of every entry.
@@ -129,7 +131,7 @@ impl Pool {
         let best = self.best();
         let open = |place: &usize| {
             let entry = &self.entries[*place];
-            let is_near = self.ahead(*place, best) > -BEAM || self.is_leader_in_white(*place, best);
+            let is_near = self.ahead(*place, best) > -BEAM || self.is_leader_without(*place, best);
             !entry.expanded && !entry.rejected && is_near
         };
         let all = (0..self.entries.len()).filter(open);
@@ -143,7 +145,7 @@ impl Pool {
             (1..self.entries.len()).map(|place| (self.ahead(place, best), place)).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
         let stays =
-            |(ahead, place): &(f64, usize)| *ahead > -BEAM || *place == best || self.is_leader_in_white(*place, best);
+            |(ahead, place): &(f64, usize)| *ahead > -BEAM || *place == best || self.is_leader_without(*place, best);
         let kept = order.into_iter().filter(stays).take(MODELS_MAX);
         let mut kept: Vec<usize> = kept.map(|(_, place)| place).chain([0]).collect();
         kept.sort_unstable();

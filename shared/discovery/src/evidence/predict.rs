@@ -82,7 +82,7 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let noise = linear.settled(&start, &prior)?.noise;
     let log_width = linear.log_width_expected(&noise, &prior)?;
     let terms = Instants::new(&session, &linearised.linears, &noise)?;
-    let horizons = Horizons::new(&session, &linearised.linears, &noise);
+    let horizons = Horizons::new(&session, &linearised.linears, &noise, &blank.noise);
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
     Some(HeldOut { terms, block_s: block_s(&session), log_width, free, horizons })
 }

@@ -9,6 +9,7 @@
 //! finer steps.
 
 use super::decide::{PRIOR_ODDS, SAME};
+use super::exact::exact;
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, fitted, key, settled};
 use super::pool::{Entry, Open, Pool, without_colour};
@@ -109,6 +110,7 @@ impl Pool {
         if self.looked.is_empty() {
             self.looked.clone_from(&screened.looked);
             let numbers = model.problem.unknowns.len() + model.problem.plant.sensors.len();
+            let numbers = numbers + exact(&model.problem.plant).len();
             self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
         }
         let (list, left) = proposals(ground, &model, &screened, self.log_m);

@@ -1,24 +1,34 @@
 //! Numbers of an answer: the plant before and after, held-out data, detection limits.
 
 use super::Shown;
-use crate::diagnose::{DetectionLimit, HeldOut, HeldOutChannel, HeldOutKind, Nominal};
+use crate::diagnose::{DetectionLimit, HeldOut, HeldOutChannel, HeldOutKind, Nominal, Verdict, whiteness_p};
 use crate::evidence::decide::LEVEL;
 use crate::evidence::horizon::Site;
+use crate::evidence::model::{Ground, Model};
 use crate::evidence::screen::Looked;
 use dynamics::description::{EffectUse, Plant};
-use identification::held_out::ChannelFit;
+use identification::held_out::{ChannelFit, Gain};
+use identification::problem::Unknown;
 
 impl Shown<'_> {
     pub(super) fn nominal(&self) -> Vec<Nominal> {
         let before = &self.bare().model;
-        let after = if self.has_effects() { &self.leader().model } else { before };
-        let all = before.problem.unknowns.iter().enumerate();
-        all.map(|(i, unknown)| {
-            let at = after.problem.unknowns.iter().position(|other| other.name == unknown.name);
-            let (value, sigma) =
-                at.map_or((before.fit.theta[i], before.fit.sigma[i]), |at| (after.fit.theta[at], after.fit.sigma[at]));
-            let shift_sigma = if sigma > 0.0 { (value - before.fit.theta[i]) / sigma } else { 0.0 };
-            Nominal { name: unknown.name.clone(), before: before.fit.theta[i], after: value, sigma, shift_sigma }
+        let moves = self.has_effects() || self.verdict() == Verdict::ParameterConflict;
+        let after = if moves { &self.leader().model } else { before };
+        let is_new = |own: &&Unknown| {
+            let known = before.problem.unknowns.iter().any(|other| other.name == own.name);
+            !known && !own.parameter.starts_with("effect.")
+        };
+        let freed = after.problem.unknowns.iter().filter(is_new);
+        let all = before.problem.unknowns.iter().chain(freed);
+        all.map(|unknown| {
+            let place = |model: &Model| model.problem.unknowns.iter().position(|other| other.name == unknown.name);
+            let [from, to] =
+                [before, after].map(|model| place(model).map(|at| (model.fit.theta[at], model.fit.sigma[at])));
+            let from = from.unwrap_or((unknown.prior, 0.0));
+            let (value, sigma) = to.unwrap_or(from);
+            let shift_sigma = if sigma > 0.0 { (value - from.0) / sigma } else { 0.0 };
+            Nominal { name: unknown.name.clone(), before: from.0, after: value, sigma, shift_sigma }
         })
         .collect()
     }
@@ -41,6 +51,15 @@ impl Shown<'_> {
         Some(format!("free runs over {:.3} s: {}", compared.window_s, all.join("; ")))
     }
 
+    /// What free runs of the plant alone miss beyond the noise, in words.
+    pub(super) fn remainder(&self) -> String {
+        let felt = self.compared.as_ref().filter(|compared| compared.relevance().is_some());
+        felt.map_or(String::new(), |compared| {
+            let share = 100.0 * compared.remains();
+            format!("; what the plant misses is {share:.2} % of the signal over {:.3} s", compared.window_s)
+        })
+    }
+
     /// Why a model that is there is not worth adding.
     pub(super) fn not_worth(&self, key: &str) -> String {
         let Some(compared) = &self.compared else { return String::new() };
@@ -53,10 +72,12 @@ impl Shown<'_> {
     }
 
     pub(super) fn held_out(&self) -> HeldOut {
-        let Some((own, bare)) = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref()) else {
-            return HeldOut::none();
+        let both = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref());
+        let unseen = &self.unseen;
+        let (kind, before, after) = match both {
+            Some((own, bare)) => (HeldOutKind::Recording, &bare.free, &own.free),
+            None => (unseen.kind, &unseen.before, &unseen.after),
         };
-        let gain = own.gain(bare);
         let channel = |(before, after): (&ChannelFit, &ChannelFit)| HeldOutChannel {
             name: before.name.clone(),
             fit_percent_before: before.fit_percent,
@@ -64,13 +85,19 @@ impl Shown<'_> {
             rms_before: before.rms,
             rms_after: after.rms,
         };
+        let gain = self.gain();
+        let p = |model: &Model| {
+            let session = model.session(Ground { session: self.session })?;
+            whiteness_p(&session, &model.fit, &model.noise)
+        };
         HeldOut {
-            kind: HeldOutKind::Recording,
-            channels: bare.free.iter().zip(&own.free).map(channel).collect(),
-            loglik_gain: Some(gain.loglik_gain),
-            gain_se: Some(gain.gain_se),
-            gain_ci95: Some(gain.interval95()),
-            ..HeldOut::none()
+            kind,
+            channels: before.iter().zip(after).map(channel).collect(),
+            loglik_gain: gain.as_ref().map(|gain| gain.loglik_gain),
+            gain_se: gain.as_ref().map(|gain| gain.gain_se),
+            gain_ci95: gain.as_ref().map(Gain::interval95),
+            whiteness_p_before: p(&self.bare().model),
+            whiteness_p_after: p(&self.leader().model),
         }
     }
 
