@@ -181,7 +181,11 @@ impl JointSupervisor {
             self.announce(generation, &folded, announcement::HELD_OUT, frame, out);
             self.state.stage = Stage::Predicting { generation, until_frame, fitted: self.state.messages.len() };
         } else {
-            let verdict = if is_near { folded.verdict(None) } else { (JointVerdict::NotConverged, None) };
+            // why a model is refused says more than that its steps did not end
+            let verdict = match folded.verdict(None) {
+                (JointVerdict::NoHeldOut, _) if !is_near => (JointVerdict::NotConverged, None),
+                verdict => verdict,
+            };
             self.end(generation, verdict, Some(&folded), None, frame, out);
         }
     }

@@ -51,7 +51,7 @@ impl Vehicle<'_> {
         let before = Knowledge::of_priors(self.unknowns.len());
         let parts = vec![Part { session: &self.sessions[arc], places: &self.places[arc], arc }];
         let stage = Stage { unknowns: &self.unknowns, parts, before: &before, free };
-        let ended = stage.maximise(theta, ROUNDS_OF_OWN).map_err(|found| self.failed(found))?;
+        let ended = stage.maximise(theta, ROUNDS_OF_OWN, &mut |_| {}).map_err(|found| self.failed(found))?;
         Ok(ended.theta)
     }
 }

@@ -109,7 +109,7 @@ impl Stage<'_> {
     /// # Errors
     /// A part cannot be predicted at `theta`.
     pub(super) fn messages(&self, theta: &[f64]) -> Result<Vec<Message>, (usize, FitError)> {
-        self.point(theta).map(|point| point.messages)
+        self.point(theta, &mut |_| {}).map(|point| point.messages)
     }
 
     /// Linearisations, sensitivities and messages at `theta`.

@@ -135,7 +135,7 @@ fn program() -> Result<BpfProgram, seccompiler::BackendError> {
         (libc::SYS_mmap, 2, SeccompCmpArgLen::Dword, no_code.clone(), 0),
         (libc::SYS_mprotect, 2, SeccompCmpArgLen::Dword, no_code, 0),
         (libc::SYS_socket, 0, SeccompCmpArgLen::Dword, SeccompCmpOp::Eq, libc::AF_UNIX as u64),
-        (libc::SYS_ioctl, 1, SeccompCmpArgLen::Dword, SeccompCmpOp::Eq, libc::FIONBIO as u64),
+        (libc::SYS_ioctl, 1, SeccompCmpArgLen::Dword, SeccompCmpOp::Eq, libc::FIONBIO),
         (libc::SYS_prctl, 0, SeccompCmpArgLen::Dword, SeccompCmpOp::Eq, libc::PR_SET_NAME as u64),
         // Its limits are read, never set.
         (libc::SYS_prlimit64, 2, SeccompCmpArgLen::Qword, SeccompCmpOp::Eq, 0),
