@@ -116,6 +116,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ),
     ("report", &[]),
     ("runtime", &["telemetry"]),
+    ("craft", &["channels", "dynamics", "estimation", "identification", "plant-file", "runtime", "telemetry"]),
 ];
 
 /// What flies: partitions on the on-board computer, the recorder and the simulated source apart.

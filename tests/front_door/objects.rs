@@ -41,8 +41,9 @@ const COMMANDS: &[&str] = &[
     "budget --seconds 3",
 ];
 
-/// Commands that need a run that flies: `fault_injection` tests what they print.
-const TESTED_ELSEWHERE: [&str; 1] = ["top"];
+/// Commands that need a run that flies or drivers that feed it: `fault_injection` and `deployment`
+/// test what they print.
+const TESTED_ELSEWHERE: [&str; 2] = ["top", "gateway"];
 
 /// A free decay of two channels.
 fn decay() -> String {

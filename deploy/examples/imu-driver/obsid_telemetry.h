@@ -235,7 +235,7 @@ OBSID_ASSERT(offsetof(obsid_accelerometers, offset_ns) == 40, "Accelerometers.of
 OBSID_ASSERT(offsetof(obsid_accelerometers, acceleration_m_s2) == 296, "Accelerometers.acceleration_m_s2: offset");
 
 /* Layout of Tick. */
-#define OBSID_LAYOUT_TICK UINT32_C(0x40630b0a)
+#define OBSID_LAYOUT_TICK UINT32_C(0x4569468b)
 typedef struct obsid_tick {
     /* [-] -: header */
     obsid_header header;
@@ -246,9 +246,9 @@ typedef struct obsid_tick {
     /* [-] -: bit 0: the source has ended with this frame */
     uint64_t flags;
     /* [-] -: per topic: newest sequence number a consumer must have seen */
-    uint64_t last_seq[20];
+    uint64_t last_seq[24];
 } obsid_tick;
-OBSID_ASSERT(sizeof(obsid_tick) == 208, "Tick: size");
+OBSID_ASSERT(sizeof(obsid_tick) == 240, "Tick: size");
 OBSID_ASSERT(offsetof(obsid_tick, header) == 0, "Tick.header: offset");
 OBSID_ASSERT(offsetof(obsid_tick, frame) == 24, "Tick.frame: offset");
 OBSID_ASSERT(offsetof(obsid_tick, t_ns) == 32, "Tick.t_ns: offset");
@@ -448,7 +448,7 @@ OBSID_ASSERT(offsetof(obsid_mode, measured) == 64, "Mode.measured: offset");
 OBSID_ASSERT(offsetof(obsid_mode, limit) == 72, "Mode.limit: offset");
 
 /* Layout of Progress. */
-#define OBSID_LAYOUT_PROGRESS UINT32_C(0xf8ac5888)
+#define OBSID_LAYOUT_PROGRESS UINT32_C(0x13070cfc)
 typedef struct obsid_progress {
     /* [-] -: header */
     obsid_header header;
@@ -462,17 +462,20 @@ typedef struct obsid_progress {
     uint64_t frames_processed;
     /* [-] -: frames whose effect a restart would keep */
     uint64_t frames_checkpointed;
+    /* [-] -: 1 while it does the work that its last frame left */
+    uint64_t working;
     /* [-] -: per topic: last sequence number sent at that checkpoint */
-    uint64_t out_seq[20];
+    uint64_t out_seq[24];
 } obsid_progress;
-OBSID_ASSERT(sizeof(obsid_progress) == 216, "Progress: size");
+OBSID_ASSERT(sizeof(obsid_progress) == 256, "Progress: size");
 OBSID_ASSERT(offsetof(obsid_progress, header) == 0, "Progress.header: offset");
 OBSID_ASSERT(offsetof(obsid_progress, partition) == 24, "Progress.partition: offset");
 OBSID_ASSERT(offsetof(obsid_progress, epoch) == 28, "Progress.epoch: offset");
 OBSID_ASSERT(offsetof(obsid_progress, cycles) == 32, "Progress.cycles: offset");
 OBSID_ASSERT(offsetof(obsid_progress, frames_processed) == 40, "Progress.frames_processed: offset");
 OBSID_ASSERT(offsetof(obsid_progress, frames_checkpointed) == 48, "Progress.frames_checkpointed: offset");
-OBSID_ASSERT(offsetof(obsid_progress, out_seq) == 56, "Progress.out_seq: offset");
+OBSID_ASSERT(offsetof(obsid_progress, working) == 56, "Progress.working: offset");
+OBSID_ASSERT(offsetof(obsid_progress, out_seq) == 64, "Progress.out_seq: offset");
 
 /* Layout of Housekeeping. */
 #define OBSID_LAYOUT_HOUSEKEEPING UINT32_C(0x511cacee)
@@ -674,5 +677,152 @@ OBSID_ASSERT(offsetof(obsid_inertia_comparison, inertial_inertia_kg_m2) == 64, "
 OBSID_ASSERT(offsetof(obsid_inertia_comparison, difference_sigma_kg_m2) == 72, "InertiaComparison.difference_sigma_kg_m2: offset");
 OBSID_ASSERT(offsetof(obsid_inertia_comparison, z) == 80, "InertiaComparison.z: offset");
 OBSID_ASSERT(offsetof(obsid_inertia_comparison, z_limit) == 88, "InertiaComparison.z_limit: offset");
+
+/* Layout of CraftRow. */
+#define OBSID_LAYOUT_CRAFT_ROW UINT32_C(0xf946182e)
+typedef struct obsid_craft_row {
+    /* [-] -: header */
+    obsid_header header;
+    /* [s] -: control period that begins at t_meas: commands are held over it */
+    double interval_s;
+    /* [s] -: the same beginning, from that of the arc */
+    double t_s;
+    /* [-] -: actuators in use */
+    uint32_t commands;
+    /* [-] -: sensors in use */
+    uint32_t readings;
+    /* [-] -: bit per sensor: it was read in this period */
+    uint64_t valid;
+    /* [of the actuator] of the actuator: commands */
+    double command[16];
+    /* [of the sensor] of the sensor: readings */
+    double reading[32];
+    /* [s] -: per reading: its time by the sensor's own clock, from the beginning of the arc */
+    double stamp_s[32];
+} obsid_craft_row;
+OBSID_ASSERT(sizeof(obsid_craft_row) == 696, "CraftRow: size");
+OBSID_ASSERT(offsetof(obsid_craft_row, header) == 0, "CraftRow.header: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, interval_s) == 24, "CraftRow.interval_s: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, t_s) == 32, "CraftRow.t_s: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, commands) == 40, "CraftRow.commands: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, readings) == 44, "CraftRow.readings: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, valid) == 48, "CraftRow.valid: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, command) == 56, "CraftRow.command: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, reading) == 184, "CraftRow.reading: offset");
+OBSID_ASSERT(offsetof(obsid_craft_row, stamp_s) == 440, "CraftRow.stamp_s: offset");
+
+/* Layout of Information. */
+#define OBSID_LAYOUT_INFORMATION UINT32_C(0x1f2376db)
+typedef struct obsid_information {
+    /* [-] -: header */
+    obsid_header header;
+    /* [-] -: frame it was made in */
+    uint64_t frame;
+    /* [-] -: number of the arc in the scenario, from 0 */
+    uint16_t arc;
+    /* [-] -: of the point of linearisation; 0: where the arc itself ended */
+    uint16_t generation;
+    /* [-] -: parameters in use; 0: the plant cannot predict the arc */
+    uint16_t count;
+    /* [-] -: 1: predicted, not to be folded */
+    uint16_t held_out;
+    /* [-] -: CRC-32 over names, units and priors of the parameters in their order */
+    uint32_t parameter_hash;
+    /* [-] -: 0 */
+    uint32_t reserved;
+    /* [-] -: readings */
+    uint64_t rows;
+    /* [-] -: sum of the squared whitened innovations, the arc's own numbers eliminated */
+    double chi2;
+    /* [-] -: sum of ln of their variances, likewise */
+    double log_determinant;
+    /* [-] -: bit per parameter: the arc depends on it */
+    uint64_t mask;
+    /* [of the parameter] -: point of linearisation */
+    double theta[48];
+    /* [-] -: g, per standard deviation of the prior */
+    double gradient[48];
+    /* [-] -: lower triangle of N, row after row, per standard deviations of the priors */
+    double information[1176];
+    /* [-] -: CRC-32 (IEEE) over arc to information */
+    uint32_t crc32;
+    /* [-] -: 0 */
+    uint32_t reserved_too;
+} obsid_information;
+OBSID_ASSERT(sizeof(obsid_information) == 10264, "Information: size");
+OBSID_ASSERT(offsetof(obsid_information, header) == 0, "Information.header: offset");
+OBSID_ASSERT(offsetof(obsid_information, frame) == 24, "Information.frame: offset");
+OBSID_ASSERT(offsetof(obsid_information, arc) == 32, "Information.arc: offset");
+OBSID_ASSERT(offsetof(obsid_information, generation) == 34, "Information.generation: offset");
+OBSID_ASSERT(offsetof(obsid_information, count) == 36, "Information.count: offset");
+OBSID_ASSERT(offsetof(obsid_information, held_out) == 38, "Information.held_out: offset");
+OBSID_ASSERT(offsetof(obsid_information, parameter_hash) == 40, "Information.parameter_hash: offset");
+OBSID_ASSERT(offsetof(obsid_information, reserved) == 44, "Information.reserved: offset");
+OBSID_ASSERT(offsetof(obsid_information, rows) == 48, "Information.rows: offset");
+OBSID_ASSERT(offsetof(obsid_information, chi2) == 56, "Information.chi2: offset");
+OBSID_ASSERT(offsetof(obsid_information, log_determinant) == 64, "Information.log_determinant: offset");
+OBSID_ASSERT(offsetof(obsid_information, mask) == 72, "Information.mask: offset");
+OBSID_ASSERT(offsetof(obsid_information, theta) == 80, "Information.theta: offset");
+OBSID_ASSERT(offsetof(obsid_information, gradient) == 464, "Information.gradient: offset");
+OBSID_ASSERT(offsetof(obsid_information, information) == 848, "Information.information: offset");
+OBSID_ASSERT(offsetof(obsid_information, crc32) == 10256, "Information.crc32: offset");
+OBSID_ASSERT(offsetof(obsid_information, reserved_too) == 10260, "Information.reserved_too: offset");
+
+/* Layout of JointEstimate. */
+#define OBSID_LAYOUT_JOINT_ESTIMATE UINT32_C(0x10a1e778)
+typedef struct obsid_joint_estimate {
+    /* [-] -: header */
+    obsid_header header;
+    /* [-] -: frame it was made in */
+    uint64_t frame;
+    /* [-] -: of the messages that were folded */
+    uint16_t generation;
+    /* [-] -: parameters in use */
+    uint16_t count;
+    /* [-] -: messages folded */
+    uint16_t messages;
+    /* [-] -: 0 nothing; 1 messages of the next generation at theta; 2 the held-out arc, predicted at theta */
+    uint16_t asks;
+    /* [-] -: as Information.parameter_hash */
+    uint32_t parameter_hash;
+    /* [-] -: code of JointVerdict */
+    uint16_t verdict;
+    /* [-] -: arc that the verdict speaks of; 65535 for none */
+    uint16_t verdict_arc;
+    /* [sigma] -: from the point of linearisation to theta, rms over the parameters; NaN: no common point */
+    double step_sigma;
+    /* [of the parameter] -: parameters */
+    double theta[48];
+    /* [of the parameter] -: their standard deviations */
+    double sigma[48];
+    /* [-] -: per parameter, code of Identifiability */
+    uint16_t identifiability[48];
+    /* [-] -: per arc, mean squared whitened innovation; NaN: no message */
+    double chi2_per_row[8];
+    /* [-] -: per arc and block of parameters (code of ParameterBlock): how often arcs of one craft differ as much from all others; NaN: not tested */
+    double p_between[48];
+    /* [-] -: of the arc that was predicted; NaN: none yet */
+    double held_out_chi2_per_row;
+    /* [-] -: how often a prediction by a true model is off as much, its uncertainty included; NaN: none yet */
+    double held_out_p;
+} obsid_joint_estimate;
+OBSID_ASSERT(sizeof(obsid_joint_estimate) == 1384, "JointEstimate: size");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, header) == 0, "JointEstimate.header: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, frame) == 24, "JointEstimate.frame: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, generation) == 32, "JointEstimate.generation: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, count) == 34, "JointEstimate.count: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, messages) == 36, "JointEstimate.messages: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, asks) == 38, "JointEstimate.asks: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, parameter_hash) == 40, "JointEstimate.parameter_hash: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, verdict) == 44, "JointEstimate.verdict: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, verdict_arc) == 46, "JointEstimate.verdict_arc: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, step_sigma) == 48, "JointEstimate.step_sigma: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, theta) == 56, "JointEstimate.theta: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, sigma) == 440, "JointEstimate.sigma: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, identifiability) == 824, "JointEstimate.identifiability: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, chi2_per_row) == 920, "JointEstimate.chi2_per_row: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, p_between) == 984, "JointEstimate.p_between: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, held_out_chi2_per_row) == 1368, "JointEstimate.held_out_chi2_per_row: offset");
+OBSID_ASSERT(offsetof(obsid_joint_estimate, held_out_p) == 1376, "JointEstimate.held_out_p: offset");
 
 #endif

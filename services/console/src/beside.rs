@@ -44,10 +44,7 @@ pub fn plant_of<'f>(
 /// No plant file is named.
 pub fn required(plant: Option<&Path>) -> Result<&Path, Failure> {
     plant.ok_or_else(|| {
-        Failure::Input(miette::miette!(
-            help = "give --plant FILE, or RECORDING=FILE",
-            "which plant file is held against the recordings is not said"
-        ))
+        Failure::Usage("no plant file is held against the recordings: give --plant FILE, or RECORDING=FILE".into())
     })
 }
 

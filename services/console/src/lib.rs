@@ -89,6 +89,9 @@ pub enum Failure {
     /// What the user gave cannot be used; the report says where and what to do.
     #[error("bad input")]
     Input(miette::Report),
+    /// The command line lacks something; how to say it.
+    #[error("{0}")]
+    Usage(String),
     /// The run got to its end, but lost samples or a partition on the way: its results are not
     /// whole.
     #[error("degraded: {0}")]
@@ -224,6 +227,10 @@ pub fn main() -> ExitCode {
         Err(Failure::Input(report)) => {
             tell(visible::cut_snippets(&format!("{report:?}")).trim_end());
             ExitCode::from(3)
+        }
+        Err(Failure::Usage(lacking)) => {
+            tell(&format!("error: {lacking}"));
+            ExitCode::from(2)
         }
         Err(Failure::Interrupted) => ExitCode::from(interrupt::EXIT_CODE),
     }

@@ -115,7 +115,8 @@ fn line_by_line(watch: &Watch, ended: &Receiver<()>) {
     }
 }
 
-/// Time that is left at `elapsed_s` of work of which `share` is done; `None` where no pace is known.
+/// Time that is left at `elapsed_s` of work of which `share` is done; `None` where no pace is
+/// known.
 fn left_s(elapsed_s: f64, share: f64) -> Option<f64> {
     (elapsed_s >= PACE_KNOWN_S && share > 0.0).then(|| elapsed_s * (1.0 - share).max(0.0) / share)
 }

@@ -1,11 +1,12 @@
-//! One craft through all its arcs: which arc is flown when, the generations of messages, and whether
-//! together they give a model.
+//! One craft through all its arcs: which arc is flown when, the generations of messages, and
+//! whether together they give a model.
 //!
 //! Arcs are flown one after another; each is heard by its keeper at its end, from what the messages
 //! before it say (generation 0). Then the mean of all is announced as the common point of
 //! linearisation, until a step is small. The posterior is tested by every arc's noise, by every arc
-//! against all others, and by the held-out arc, which is predicted. No partition is a fusion centre:
-//! every partition folds the same messages in the order of the arcs; this one announces and judges.
+//! against all others, and by the held-out arc, which is predicted. No partition is a fusion
+//! centre: every partition folds the same messages in the order of the arcs; this one announces and
+//! judges.
 
 mod announcement;
 mod stage;

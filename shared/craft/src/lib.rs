@@ -35,7 +35,8 @@
 //! assert!((posterior.mean[0] - 2.0 / (1.0 + 4.0)).abs() < 1e-12); // the prior counts once
 //! ```
 //!
-//! May import: telemetry, estimation, dynamics, channels, identification, plant_file, runtime. Flies.
+//! May import: telemetry, estimation, dynamics, channels, identification, plant_file, runtime.
+//! Flies.
 //!
 //! Must never know: how a craft is simulated, a clock, a file.
 

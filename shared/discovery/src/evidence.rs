@@ -28,6 +28,7 @@
 mod answer;
 mod decide;
 mod exact;
+mod exact_columns;
 mod horizon;
 mod hypothesis;
 pub mod labels;

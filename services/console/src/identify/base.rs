@@ -56,8 +56,8 @@ fn of_arc(vehicle: &Vehicle<'_>, fit: &JointFit, covariance: &DMatrix<f64>, arc:
     propagated(&values, [&fit.theta, &vehicle.prior()], &sigma, covariance)
 }
 
-/// First-order propagation, `J Σ J'` with J by central differences: of `values` at the estimate with
-/// its covariance (per prior standard deviations `sigma`), and at the priors with theirs.
+/// First-order propagation, `J Σ J'` with J by central differences: of `values` at the estimate
+/// with its covariance (per prior standard deviations `sigma`), and at the priors with theirs.
 pub fn propagated(
     values: &dyn Fn(&[f64]) -> Vec<BaseValue>,
     [theta, prior]: [&[f64]; 2],

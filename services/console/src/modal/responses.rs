@@ -12,8 +12,8 @@ use std::ops::RangeInclusive;
 
 const DAMPING_MAX: f64 = 0.25;
 
-/// Columns that belong together: (name, real, imaginary); a coherence that a program wrote with an
-/// imaginary part is none.
+/// Columns that belong together: (name, real, imaginary); a coherence with an imaginary part is no
+/// such pair.
 fn pairs(spectrum: &Spectrum) -> Vec<(String, usize, usize)> {
     let columns = spectrum.columns.iter().enumerate();
     let pair = |(real, column): (usize, &recording::Column)| {

@@ -39,7 +39,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (Some(Failure::Input(report)), Some(_)) => {
                 crate::tell(&crate::visible::cut_snippets(&format!("{report:?}")))
             }
-            (Some(Failure::Run(reason) | Failure::Degraded(reason)), Some(_)) => crate::tell(&reason),
+            (Some(Failure::Run(reason) | Failure::Degraded(reason) | Failure::Usage(reason)), Some(_)) => {
+                crate::tell(&reason)
+            }
             (None, _) | (Some(Failure::Interrupted), Some(_)) => {}
         }
     }

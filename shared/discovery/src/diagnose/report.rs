@@ -309,7 +309,7 @@ pub struct Diagnosis {
     pub open: Vec<OpenHypothesis>,
     /// Where the leading model has the recorded inputs at another time.
     pub input_timing: Vec<InputTiming>,
-    /// Labels of channels that were in doubt.
+    /// Channel metadata that was in doubt.
     pub labels: Vec<LabelReport>,
     /// Nats of the leading model with those of the recordings that it was not fitted to, and how
     /// many readings that counts; of a decision by evidence.

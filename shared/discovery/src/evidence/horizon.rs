@@ -156,7 +156,7 @@ impl Horizons {
     }
 }
 
-/// `noise` with no disturbance above its stated size: a disturbance that nobody stated follows
+/// `noise` with no disturbance above its stated size: an unspecified disturbance follows
 /// whatever a plant lacks, and what it follows is misfit, not noise.
 fn within_stated(noise: &NoiseModel, stated: &NoiseModel) -> NoiseModel {
     let mut within = noise.clone();
@@ -230,10 +230,10 @@ impl Compared {
         self.sites.iter().filter_map(|site| site.share).reduce(f64::max)
     }
 
-    /// Of some channel's misfit that noise cannot explain the model takes away a share that matters:
-    /// of one that a reader of an overlay sees, what he sees; of a smaller one, most of it, since a
-    /// law that leaves the greater part of a small remainder is one of many such. Below `worth` of
-    /// the signal nothing matters. True where noise explains everything.
+    /// Of some channel's misfit that noise cannot explain the model takes away a share that
+    /// matters: of one that a reader of an overlay sees, what he sees; of a smaller one, most of
+    /// it, since a law that leaves the greater part of a small remainder is one of many such. Below
+    /// `worth` of the signal nothing matters. True where noise explains everything.
     pub(super) fn is_worth_adding(&self, worth: f64) -> bool {
         let felt = || self.sites.iter().filter_map(|site| Some((site.share?, site.of_signal)));
         let least = |of_signal: f64| if of_signal < SEEN_SHARE { MAIN_SHARE } else { RELEVANT_SHARE };

@@ -223,6 +223,18 @@ pub(super) fn log_swap(set: &[Hypothesis], unknowns: &[Unknown], theta: &[f64]) 
     sum
 }
 
+/// `plant` with the numbers that `set` frees.
+pub(super) fn freed(plant: &mut Plant, set: &[Hypothesis]) {
+    for own in set {
+        let Hypothesis::Exact(exact) = own else { continue };
+        plant.visit_quantities(&mut |name, _, quantity| {
+            if name == exact.name {
+                quantity.sigma = Some(exact.sigma);
+            }
+        });
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

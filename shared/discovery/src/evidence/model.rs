@@ -1,8 +1,7 @@
 //! A set of hypotheses fitted to its end, with its evidence.
 
 use super::decide::CONFLICT_FACTOR;
-use super::exact::freed;
-use super::hypothesis::{Hypothesis, InnerPrior, log_swap, unknown_of};
+use super::hypothesis::{Hypothesis, InnerPrior, freed, log_swap, unknown_of};
 use super::marginal::{Bound, log_marginal};
 use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;

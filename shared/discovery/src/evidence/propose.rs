@@ -6,7 +6,7 @@
 //! a closed form, as the pole of a channel has from the slope along it.
 
 use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR, SHIFT_SIGMA};
-use super::exact;
+use super::exact_columns;
 use super::hypothesis::{Hypothesis, Part};
 use super::marginal::{Bound, log_marginal};
 use super::model::{Ground, Model, cut_at_nothing, key};
@@ -72,7 +72,7 @@ pub(super) fn proposals(
     let mut others = look.coloured();
     others.extend(look.conflicts());
     others.extend(look.timing(bare));
-    others.extend(exact::proposals(ground, &session, model, bare));
+    others.extend(exact_columns::proposals(ground, &session, model, bare));
     others.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     list.extend(others.into_iter().filter(|own| own.log_bayes > WORTH).take(OTHERS_MAX));
     (list, left)

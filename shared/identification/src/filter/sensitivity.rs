@@ -1,5 +1,5 @@
-//! Sensitivities of a pass with frozen gains to numbers of the plant, all of them in one pass along
-//! the trajectory.
+//! Sensitivities of a pass with frozen gains to parameters of the plant, all of them in one pass
+//! along the trajectory.
 //!
 //! With S = ∂ẑ/∂θ, and what θ does there at a fixed state, b to the rates and D to the readings:
 //!
@@ -59,7 +59,8 @@ const FOUR: usize = 4;
 /// `∂ŷ/∂θ` of every sample of the run of `linear`, one column for each of `moved`; `None` where the
 /// plant has no residual.
 ///
-/// `divisions`: parts that each step of the timeline was divided into; b is smooth over a whole one.
+/// `divisions`: parts that each step of the timeline was divided into; b is smooth over a whole
+/// one.
 ///
 /// Cost: a residual for each moving plant at every point, and per sample columns × size of z
 /// products.

@@ -61,7 +61,8 @@ pub(crate) fn unit_of_clock(text: &str) -> Option<Unit> {
     (count.is_finite() && count > 0.0).then(|| Unit::scaled("s", multiply, divide))
 }
 
-/// How much a name speaks for a column of times, least first; `None`: it is none.
+/// How much a name speaks for a column of times, least first; `None`: it is another
+/// channel's.
 pub(crate) fn rank(name: &str) -> Option<u8> {
     let plain = words_of(name);
     let words: Vec<&str> = plain.split(' ').collect();

@@ -8,7 +8,7 @@ use dynamics::description::Plant;
 
 /// Step of the differences [prior standard deviations]: residuals are polynomials in most numbers,
 /// so curvature leaves as much, and rounding, 1e-16 of terms of the same size, 1e-11.
-const STEP: f64 = 1e-5;
+const PRIOR_STEP: f64 = 1e-5;
 
 impl LinearisedProblem {
     /// [`LinearisedProblem::take_jacobian`] in one pass a run; what that pass cannot tell of an
@@ -54,7 +54,7 @@ impl LinearisedProblem {
                 continue;
             }
             // away from the edge of what is possible
-            let step = if theta[i] + STEP * unknown.sigma > unknown.high { -STEP } else { STEP };
+            let step = if theta[i] + PRIOR_STEP * unknown.sigma > unknown.high { -PRIOR_STEP } else { PRIOR_STEP };
             let mut there = theta.to_vec();
             there[i] += step * unknown.sigma;
             if let Some(one) = begun(&there).and_then(|propagator| Moved::new(&nominal, propagator, step)) {
