@@ -77,7 +77,7 @@ fn wrong_arguments_end_with_two_and_name_what_was_wrong() {
         (&["doctor"], "<RECORDING>"),
         (&["compare", "a.csv"], "<SIMULATED>"),
         (&["diagnose", "a.csv"], "--plant"),
-        (&["diagnose", "--plant", "pendulum"], "<RECORDING>"),
+        (&["diagnose", "--plant", "pendulum"], "<RECORDING[=PLANT]>"),
         (&["diagnose", "a.csv", "--plant", "pendulum", "--threads", "0"], "--threads"),
         (&["modal"], "<FILE>"),
         (&["design", "bp9"], "bp9"),
