@@ -48,7 +48,7 @@ pub fn is_wrong(probability: f64) -> bool {
 
 /// The diagnosis of recordings as labelled, or with `mistakes` of their labels corrected, whichever
 /// has the evidence, and the probability that the labels are wrong; `log_jacobian` is that of all
-/// readings. They are left where it stays below [`LEVEL`].
+/// readings. They are left where it stays below the level.
 ///
 /// Cost: that of two diagnoses, each within half the work.
 pub fn diagnose_beside_labels(

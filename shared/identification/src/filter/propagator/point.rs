@@ -111,7 +111,7 @@ impl Propagator<'_> {
     }
 
     /// The noise inputs and the timeline's rows are all that drives, on no motion; only then
-    /// [`Point`]s say all.
+    /// points say all.
     pub fn is_driven_plainly(&self) -> bool {
         !self.timeline.moving && self.rows.is_empty() && self.tilts.is_empty()
     }
