@@ -214,3 +214,10 @@ fn one_case_of_a_challenge_is_written_with_its_truth() {
     folder.ask(&["challenge", "--case", "1"]).ends_with(2).says(&["--out"]);
     folder.ask(&["challenge", "--case", "1", "--out", "a", "--cases", "3"]).ends_with(2);
 }
+
+#[test]
+fn a_run_flies_under_a_mask_that_takes_its_owners_rights() {
+    let line = format!("umask 0177; exec {} run {} --json", env!("CARGO_BIN_EXE_obsid"), scenario("short.toml"));
+    let output = std::process::Command::new("sh").args(["-c", &line]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}

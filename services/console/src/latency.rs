@@ -73,11 +73,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let interrupted = interrupt::flag()?;
     let scenario = flight::in_real_time(None, &run::Common::default())?;
     let rows = links(&scenario.config, arguments.seconds)?;
+    runtime::sys::keep_own_rights();
     let marker_ns = marker_ns()?;
     let end = flight::fly(scenario, arguments.seconds, &interrupted)?;
     let mut end_to_end = LatencyHistogram::default();
     for row in end.rows.iter().filter(|row| ESTIMATORS.contains(&row.name.as_str())) {
         end_to_end.add(&row.times.end_to_end);
+    }
+    if end_to_end.total() == 0 {
+        return Err(Failure::Run("no frame was flown: end to end cannot be measured".into()));
     }
     if arguments.json {
         let links: Vec<Value> = rows.iter().map(|row| link_json(row, &rows)).collect();

@@ -187,6 +187,7 @@ pub fn main() -> ExitCode {
         .log_internal_errors(false)
         .init();
     keep_messages_on_one_line();
+    runtime::sys::keep_own_rights();
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Drill(arguments) => drill::run(&arguments),
