@@ -40,8 +40,8 @@ fn information_along_the_trajectory_is_that_of_differences_of_passes() {
         let problem = problem(&nominal, recording(&nominal, 7, duration_s));
         let session = EstimationSession { along: true, ..EstimationSession::new(&problem, 1).unwrap() };
         let mut linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
-        let told = linearised.run_along(&session, &nominal, &session.prior(), 0);
-        assert!(told.iter().all(Option::is_some), "{name}");
+        let covered = linearised.run_along(&session, &nominal, &session.prior(), 0);
+        assert!(covered.iter().all(Option::is_some), "{name}");
         linearised.take_jacobian(&session, &nominal, &session.prior());
         let along = information(&session, &linearised);
         linearised.jacobian = by_differences(&session, &linearised, 1e-3);
