@@ -8,6 +8,7 @@ use runtime::experiment::ExperimentWindow;
 use runtime::{Frame, Outputs, RunConfig};
 use serde::{Deserialize, Serialize};
 use simulation::SimulatorState;
+use std::fmt::Write as _;
 use telemetry::{
     ACCELEROMETERS, ACTUATORS, Accelerometers, Actuators, Experiment, IMU, Imu, JOINTS, Joints, Mode, ModeState, Sample,
 };
@@ -20,6 +21,8 @@ const GRASP_AFTER_FRAMES: u64 = 200;
 const IDLE_ACCELEROMETERS: u32 = 10;
 const RATE_VALID_Z: u64 = 1 << 2;
 const ACCELERATION_VALID_X: u64 = 1 << 3;
+/// The longest name and ten digits.
+const STREAM_BYTES: usize = 20;
 
 /// Which system is simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,12 +49,33 @@ pub struct SimulationState {
     grasped: bool,
 }
 
+/// Beginning of the names of a vehicle's noise.
+fn name(state: &SimulationState) -> &'static str {
+    match state.which {
+        Which::Idle => "idle",
+        Which::Appendage => "modal",
+        Which::Tank => "slosh",
+        Which::Arm => "inertial",
+        Which::Grasp | Which::MatedArm if state.grasped => "mated",
+        Which::Grasp | Which::MatedArm => "grasp",
+        Which::Craft(_) => "craft",
+    }
+}
+
+/// Whether it is the arm that takes the target.
+fn is_mated(which: Which) -> bool {
+    matches!(which, Which::Grasp | Which::MatedArm)
+}
+
 impl SimulationState {
     /// No excitation until the next mode.
     pub fn inhibit(&mut self) {
         self.inhibited = true;
     }
 }
+
+/// A vehicle as it is built, and whether its target is on.
+type Ready = (Which, bool, Option<Vehicle>);
 
 /// The vehicle of the present mode; rebuilt from scenario and state after a restart.
 pub struct Simulation {
@@ -60,20 +84,34 @@ pub struct Simulation {
     period_s: f64,
     idle_gyro: Stream,
     vehicle: Option<Vehicle>,
+    /// Built before the flight, each for the first experiment that asks for it: to build one takes
+    /// memory and time.
+    ready: Vec<Ready>,
+    /// Room for the name of a vehicle's noise.
+    stream: String,
 }
 
 impl Simulation {
     /// # Errors
     /// An experiment of the scenario cannot be simulated.
     pub fn new(run: &RunConfig, scenario: Scenario) -> Result<Self, SystemsError> {
-        systems::check(&scenario).map_err(|(_, error)| error)?;
-        Ok(Simulation {
+        let mut simulation = Simulation {
             period_s: scenario.period_ns() as f64 * 1e-9,
             scenario,
             seed: run.seed,
             idle_gyro: Stream::new(run.seed, "idle.gyro.z"),
             vehicle: None,
-        })
+            ready: Vec::new(),
+            stream: String::with_capacity(STREAM_BYTES),
+        };
+        let arcs = simulation.scenario.craft.as_ref().map_or(0, |craft| craft.arcs.len());
+        let arcs = (0..arcs).map(|arc| (Which::Craft(arc as u32), false));
+        let experiments = [Which::Appendage, Which::Tank, Which::Arm, Which::Grasp].map(|which| (which, false));
+        for (which, grasped) in experiments.into_iter().chain([(Which::MatedArm, true)]).chain(arcs) {
+            let vehicle = simulation.vehicle(which, grasped)?;
+            simulation.ready.push((which, grasped, vehicle));
+        }
+        Ok(simulation)
     }
 
     /// The mode that takes effect decides which system is simulated from now on.
@@ -125,27 +163,37 @@ impl Simulation {
 
     /// A fresh vehicle; a repeated experiment has its own noise.
     fn build(&mut self, state: &SimulationState) {
-        let name = match state.which {
-            Which::Idle => "idle",
-            Which::Appendage => "modal",
-            Which::Tank => "slosh",
-            Which::Arm => "inertial",
-            Which::Grasp | Which::MatedArm if state.grasped => "mated",
-            Which::Grasp | Which::MatedArm => "grasp",
-            Which::Craft(_) => "craft",
+        // Held on the way to the target or moved with it, the arm that takes it is one vehicle.
+        let same = |which: Which| which == state.which || (is_mated(which) && is_mated(state.which));
+        let ready = self
+            .ready
+            .iter_mut()
+            .find(|(which, grasped, vehicle)| vehicle.is_some() && same(*which) && *grasped == state.grasped);
+        let mut vehicle = match ready {
+            Some((_, _, vehicle)) => vehicle.take(),
+            None => self.vehicle(state.which, state.grasped).expect("this vehicle was built once at the start"),
         };
-        let stream = format!("{name}.{}", state.generation);
-        let setting = Setting { frame_s: self.period_s, seed: self.seed, stream: &stream };
+        self.stream.clear();
+        let _ = write!(self.stream, "{}.{}", name(state), state.generation);
+        if let Some(vehicle) = &mut vehicle {
+            vehicle.draw_from(self.seed, &self.stream);
+        }
+        self.vehicle = vehicle;
+    }
+
+    /// The vehicle of a system, with noise of no experiment's stream.
+    fn vehicle(&self, which: Which, grasped: bool) -> Result<Option<Vehicle>, SystemsError> {
+        let setting = Setting { frame_s: self.period_s, seed: self.seed, stream: "" };
         let Scenario { modal, slosh, inertial, mated, craft, .. } = &self.scenario;
-        let built = match state.which {
+        let built = match which {
             Which::Idle => None,
             Which::Appendage => modal.as_ref().map(|modal| systems::appendage(modal, setting)),
             Which::Tank => slosh.as_ref().map(|slosh| systems::tank(slosh, setting)),
             Which::Arm => inertial.as_ref().map(|arm| systems::arm(arm, true, setting)),
             Which::Craft(arc) => craft.as_ref().map(|craft| systems::of_arc(craft, arc as usize, setting)),
-            Which::Grasp | Which::MatedArm => mated.as_ref().map(|arm| systems::arm(arm, state.grasped, setting)),
+            Which::Grasp | Which::MatedArm => mated.as_ref().map(|arm| systems::arm(arm, grasped, setting)),
         };
-        self.vehicle = built.transpose().expect("every vehicle of the scenario was built once at the start").flatten();
+        built.transpose().map(Option::flatten)
     }
 
     /// The samples of one frame.

@@ -109,6 +109,11 @@ impl Vehicle {
         Self { craft: Some(craft), ..self }
     }
 
+    /// Noise from the streams of `seed` and `stream` from now on: see [`Simulator::draw_from`].
+    pub fn draw_from(&mut self, seed: u64, stream: &str) {
+        self.simulator.draw_from(seed, stream);
+    }
+
     /// Frames of a control period; its samples go out in the last of them, when they are known.
     pub fn frames(&self) -> u64 {
         (self.period_s / self.frame_s).round() as u64

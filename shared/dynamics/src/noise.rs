@@ -20,7 +20,13 @@ pub struct Stream {
 impl Stream {
     /// Stream `name` of the campaign `seed`; every name is independent of every other.
     pub fn new(seed: u64, name: &str) -> Self {
-        Self { seed, name_hash: fnv1a(name.as_bytes()) }
+        Self::of_parts(seed, &[name])
+    }
+
+    /// The stream whose name is `parts`, one after the other; takes no memory.
+    pub fn of_parts(seed: u64, parts: &[&str]) -> Self {
+        let bytes = parts.iter().flat_map(|part| part.bytes());
+        Self { seed, name_hash: fnv1a(bytes) }
     }
 
     /// Two uniform deviates of this sample, the first in (0, 1], the second in [0, 1); 53 bits
@@ -80,8 +86,8 @@ const fn high(word: u64) -> u32 {
 }
 
 /// 64-bit FNV-1a (Fowler, Noll, Vo).
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+fn fnv1a(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// Ten rounds of Philox4x32: `counter`, `key` → 128 random bits.
@@ -201,7 +207,7 @@ mod tests {
     #[test]
     fn the_stream_is_pinned_by_an_independent_computation() {
         // FNV-1a test vector of its authors: "foobar"
-        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
+        assert_eq!(fnv1a(*b"foobar"), 0x8594_4171_f739_67e8);
         // uniform of the all-zero block above, from its published words
         let zero = Stream { seed: 0, name_hash: 0 };
         let [u_1, u_2] = zero.uniform_pair(0);

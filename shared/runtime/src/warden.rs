@@ -19,7 +19,7 @@ use crate::deaths::{Alertness, DeathLog};
 use crate::process::Life;
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
-use crate::sys::monotonic_ns;
+use crate::sys::{Precedence, monotonic_ns};
 use pipe::LineBuffer;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
@@ -108,6 +108,7 @@ struct Warden<'a> {
     window_frames: u64,
     started_ns: u64,
     deaths: DeathLog,
+    precedence: Precedence,
     alertness: Alertness,
     /// Who waits for whom, as the supervisor last said.
     waits: String,
@@ -139,6 +140,7 @@ impl<'a> Warden<'a> {
             window_frames: run.window_frames,
             started_ns: monotonic_ns(),
             deaths: DeathLog::default(),
+            precedence: Precedence::take(),
             alertness: Alertness::default(),
             waits: String::new(),
             renew_after: RENEW_AFTER,
@@ -212,6 +214,7 @@ impl<'a> Warden<'a> {
                 .spawn()
                 .map_err(fail)?;
             let (pid, t_ns) = (Pid::from_child(&child), monotonic_ns());
+            self.precedence.withhold_from(pid);
             let pidfd = pidfd_open(pid, PidfdFlags::empty()).map_err(|error| fail(error.into()))?;
             if let Some(stdout) = &child.stdout {
                 rustix::fs::fcntl_setfl(stdout, rustix::fs::OFlags::NONBLOCK).map_err(|error| fail(error.into()))?;

@@ -106,21 +106,20 @@ impl HangWatch {
             if pulse.heard {
                 pulse.reported = true;
                 let silent_ms = pulse.changed.elapsed().as_secs_f64() * 1e3;
-                self.pipe.say(&format!("HANG {} {} {silent_ms:.1}", pulse.id, pulse.epoch), false);
+                let line = written(&mut self.line, format_args!("HANG {} {} {silent_ms:.1}", pulse.id, pulse.epoch));
+                self.pipe.say(line, false);
             } else {
                 // Starting, or hanging since before this supervisor came: the warden knows how long
                 // it has lived.
                 pulse.changed = Instant::now();
-                self.pipe.say(&format!("SILENT {}", pulse.id), false);
+                self.pipe.say(written(&mut self.line, format_args!("SILENT {}", pulse.id)), false);
             }
         }
         if self.last_status.elapsed() >= STATUS_EVERY {
             self.last_status = Instant::now();
-            self.line.clear();
-            let _ = write!(self.line, "STATUS {frame} {mode}");
-            self.pipe.say(&self.line, true);
-            for worker in self.workers() {
-                self.pipe.say(&format!("WORKS {worker}"), true);
+            self.pipe.say(written(&mut self.line, format_args!("STATUS {frame} {mode}")), true);
+            for worker in workers(&self.pulses) {
+                self.pipe.say(written(&mut self.line, format_args!("WORKS {worker}")), true);
             }
         }
         if self.moved.elapsed() >= STILL {
@@ -139,11 +138,6 @@ impl HangWatch {
             pulse.lost |= lost.contains(&pulse.id);
         }
         lost
-    }
-
-    /// Who does work that a frame left.
-    fn workers(&self) -> Vec<PartitionId> {
-        self.pulses.iter().filter(|pulse| pulse.working && !pulse.lost).map(|pulse| pulse.id).collect()
     }
 
     /// The source waits for the slowest checkpoint, everybody behind the source for its samples.
@@ -185,9 +179,21 @@ impl HangWatch {
     }
 }
 
+/// Who does work that a frame left.
+fn workers(pulses: &[Pulse]) -> impl Iterator<Item = PartitionId> {
+    pulses.iter().filter(|pulse| pulse.working && !pulse.lost).map(|pulse| pulse.id)
+}
+
+/// `text` in the room of `line`.
+fn written<'a>(line: &'a mut String, text: std::fmt::Arguments<'_>) -> &'a str {
+    line.clear();
+    let _ = line.write_fmt(text);
+    line
+}
+
 #[cfg(test)]
 mod tests {
-    use super::HangWatch;
+    use super::{HangWatch, workers};
     use crate::config::tests::toy_run;
     use std::time::Duration;
     use telemetry::PartitionId::{InertialId, SensorSim};
@@ -269,9 +275,9 @@ mod tests {
     fn who_works_beside_its_loop_says_so_until_it_is_done() {
         let mut watch = watch();
         watch.hear(&Progress { working: 1, ..beat(InertialId, 0, 1) });
-        assert_eq!(watch.workers(), [InertialId]);
+        assert_eq!(workers(&watch.pulses).collect::<Vec<_>>(), [InertialId]);
         watch.hear(&beat(InertialId, 0, 2));
-        assert_eq!(watch.workers(), []);
+        assert_eq!(workers(&watch.pulses).count(), 0);
     }
 
     #[test]

@@ -75,7 +75,19 @@ pub(crate) struct Inputs {
     pieces: Vec<Piece>,
 }
 
+/// The noise of an actuator.
+fn noise_of(actuator: &Actuator, seed: u64, prefix: &str) -> Stream {
+    Stream::of_parts(seed, &[prefix, ".", &actuator.name])
+}
+
 impl Inputs {
+    /// Noise of other streams from now on: those that [`Inputs::new`] names for `seed` and `prefix`.
+    pub fn draw_from(&mut self, plant: &Plant, seed: u64, prefix: &str) {
+        for input in &mut self.commanded {
+            input.stream = noise_of(&plant.actuators[input.actuator], seed, prefix);
+        }
+    }
+
     /// Inputs of `plant`; `fine` splits every period into integration steps of at most `step_s`,
     /// for sensors with lags.
     pub fn new(
@@ -257,7 +269,7 @@ impl Commanded {
             lags: kinds.into_iter().filter_map(Lag::new).collect(),
             sigma: description.noise.value,
             quiet_at_zero: matches!(description.kind, ActuatorKind::Thruster { .. }),
-            stream: Stream::new(seed, &format!("{prefix}.{}", description.name)),
+            stream: noise_of(description, seed, prefix),
         })
     }
 }

@@ -74,6 +74,16 @@ pub(crate) struct Channel {
     clock: [f64; 2],
 }
 
+/// The noise of a sensor's samples.
+fn noise_of(sensor: &Sensor, seed: u64, prefix: &str) -> Stream {
+    Stream::of_parts(seed, &[prefix, ".", &sensor.name])
+}
+
+/// The jitter of the clock that samples a sensor.
+fn jitter_of(sensor: &Sensor, seed: u64, prefix: &str) -> Stream {
+    Stream::of_parts(seed, &[prefix, ".clock.", sensor.source.as_deref().unwrap_or("")])
+}
+
 impl Channel {
     fn new(
         plant: &Plant,
@@ -105,12 +115,12 @@ impl Channel {
             lags: low_pass.into_iter().chain(own.into_iter().filter_map(Lag::new)).collect(),
             lag_at: 0,
             sigma,
-            stream: Stream::new(seed, &format!("{prefix}.{}", sensor.name)),
+            stream: noise_of(sensor, seed, prefix),
             noise: (u64::MAX, 0.0),
             range: sensor.range.map_or(f64::INFINITY, |range| range.value),
             resolution: sensor.resolution.value,
             jitter_s: plant.simulation.jitter_s,
-            jitter_stream: Stream::new(seed, &format!("{prefix}.clock.{}", sensor.source.as_deref().unwrap_or(""))),
+            jitter_stream: jitter_of(sensor, seed, prefix),
             clock: clock(plant, sensor)?,
         })
     }
@@ -207,6 +217,15 @@ impl Sensors {
             y_instant: None,
             mean_interval: None,
         })
+    }
+
+    /// Noise of other streams from now on: those that [`Sensors::new`] names for `seed` and `prefix`.
+    pub fn draw_from(&mut self, plant: &Plant, seed: u64, prefix: &str) {
+        for (channel, sensor) in self.channels.iter_mut().zip(&plant.sensors) {
+            channel.stream = noise_of(sensor, seed, prefix);
+            channel.jitter_stream = jitter_of(sensor, seed, prefix);
+            channel.noise = (u64::MAX, 0.0);
+        }
     }
 
     /// First-order lags of all sensors together.

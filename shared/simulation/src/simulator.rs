@@ -169,6 +169,13 @@ impl Simulator {
         })
     }
 
+    /// From now on noise comes from the streams that [`Simulator::new`] names for `seed` and
+    /// `stream_prefix`: a simulator that has not moved is the one built with them. Takes no memory.
+    pub fn draw_from(&mut self, seed: u64, stream_prefix: &str) {
+        self.sensors.draw_from(&self.plant, seed, stream_prefix);
+        self.dynamics.inputs.draw_from(&self.plant, seed, stream_prefix);
+    }
+
     /// Simulates one control period and returns what it brought.
     ///
     /// Cost: an integration over the period, one reading of all sensors per instant at which some

@@ -16,5 +16,5 @@ pub use confinement::{Place, drop_capabilities, freeze_limits, no_new_privileges
 pub use lines::{LineWriter, tell};
 pub use notify::Notifier;
 pub use probes::{is_refused, try_all as try_forbidden_acts};
-pub use process::{crash_self, die_with_parent, keep_own_rights, kill_self, stop_self};
+pub use process::{Precedence, crash_self, die_with_parent, keep_own_rights, kill_self, stop_self};
 pub use system_calls::restrict as restrict_system_calls;

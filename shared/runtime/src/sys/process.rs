@@ -1,6 +1,9 @@
 //! Process control: dying with the parent, and the drills' signals to oneself.
 
-use rustix::process::{Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
+use rustix::process::{
+    Pid, Signal, getpid, getppid, getpriority_process, kill_process, set_parent_process_death_signal,
+    setpriority_process,
+};
 use std::os::unix::fs::FileExt;
 
 /// The kernel kills this process when its parent dies; ends at once when `parent` has died already:
@@ -44,6 +47,34 @@ pub fn crash_self() {
 #[inline(never)]
 fn overwritten() {
     std::hint::black_box([0_u64; 4]);
+}
+
+/// What a watcher gains over those it watches: its share of a busy processor is nine times theirs,
+/// and it is the next to run when it wakes.
+const PRECEDENCE_NICE: i32 = 10;
+
+/// The precedence of this process over its children.
+#[derive(Debug, Default)]
+pub struct Precedence {
+    /// The nice value of before; `None`: the system allows no other.
+    ordinary_nice: Option<i32>,
+}
+
+impl Precedence {
+    /// Takes it, where the system allows it.
+    #[must_use]
+    pub fn take() -> Self {
+        let take = |nice: i32| setpriority_process(None, nice - PRECEDENCE_NICE).ok().map(|()| nice);
+        Self { ordinary_nice: getpriority_process(None).ok().and_then(take) }
+    }
+
+    /// Withholds it from a child, which has inherited it.
+    pub fn withhold_from(&self, child: Pid) {
+        if let Some(nice) = self.ordinary_nice {
+            // A child that is dead already needs none.
+            let _ = setpriority_process(Some(child), nice);
+        }
+    }
 }
 
 /// From now on the owner may use what this process and its children make, whatever mask they were

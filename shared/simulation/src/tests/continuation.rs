@@ -91,6 +91,19 @@ fn another_seed_is_another_noise() {
 }
 
 #[test]
+fn a_simulator_that_draws_from_other_streams_is_the_one_built_with_them() {
+    let mut plant = eventful_arm();
+    plant.actuators[0].noise = q(0.01);
+    let mut built = Simulator::new(&plant, 3, "arm.7").unwrap();
+    let mut renamed = Simulator::new(&plant, 1, "").unwrap();
+    renamed.draw_from(3, "arm.7");
+    let (expected, got) = (rows(&mut built, 50), rows(&mut renamed, 50));
+    assert_eq!(bits(&expected), bits(&got));
+    let other = rows(&mut Simulator::new(&plant, 1, "").unwrap(), 50);
+    assert_ne!(bits(&expected), bits(&other));
+}
+
+#[test]
 fn segments_start_in_their_own_state_and_do_not_repeat_noise() {
     let mut plant = plants::cart(plants::always(SignalKind::Constant { value: q(0.0) }));
     plant.sensors[0].noise = Noise::PerSample(q(1e-3));
