@@ -75,12 +75,13 @@ pub fn diagnose_beside_labels(
 mod tests {
     use super::*;
     use crate::synthetic::{plant, recording};
+    use identification::work::QUICK_WORK;
 
     fn compared(nominal: &Plant, read: &Recording, label: &Mislabelled) -> (Diagnosis, f64) {
         let corrected_plant = with_noise_of(nominal, core::slice::from_ref(label));
         let problem = |plant: &Plant, own: Recording| Problem::new(plant, &[own], &[]).unwrap();
         let (as_read, other) = (problem(nominal, read.clone()), problem(&corrected_plant, label.cured(read)));
-        let options = Options::default();
+        let options = Options { work_max: QUICK_WORK, ..Options::default() };
         let log_jacobian = log_jacobian(read, nominal, label);
         diagnose_beside_labels((&as_read, &options), (&other, &options), (1, log_jacobian), &mut |_, _| {})
     }

@@ -37,7 +37,7 @@ pub fn rig(name: &str) -> Plant {
 pub fn diagnosed(title: &str, plant: &Plant, recording: &Recording) -> Diagnosis {
     let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).unwrap();
     let begin = std::time::Instant::now();
-    let found = diagnose(&problem, &Options::default(), &mut |_, _| {});
+    let found = diagnose(&problem, &Options { threads: 2, ..Options::default() }, &mut |_, _| {});
     println!("\n== {title}: {} samples, {:.1} s of work", problem.samples(), begin.elapsed().as_secs_f64());
     print(&found);
     found

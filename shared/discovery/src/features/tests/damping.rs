@@ -53,14 +53,14 @@ fn asked(plant: &Plant, modes: &[MeasuredMode]) -> Diagnosis {
 #[test]
 fn a_plant_whose_frequencies_and_damping_are_right_is_left_alone() {
     let plant = rig(0.0);
-    let alarms: Vec<String> = (0..200)
+    let alarms: Vec<String> = (0..100)
         .map(|seed| asked(&plant, &measured(&plant, 2e-3, 0.08, seed)))
         .filter(|found| found.verdict != Verdict::None)
         .map(|found| found.reason)
         .collect();
-    // two expected at the most at alpha 0.01; Bonferroni over changes that overlap is on the safe
+    // one expected at the most at alpha 0.01; Bonferroni over changes that overlap is on the safe
     // side of it
-    assert!(alarms.len() <= 2, "{alarms:?}");
+    assert!(alarms.len() <= 1, "{alarms:?}");
 }
 
 #[test]
