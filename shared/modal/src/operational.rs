@@ -2,9 +2,9 @@
 //! channels that are late.
 //!
 //! A complete record goes through the identifier that flies, behind the gate that finds jumps. In a
-//! stationary one short gaps are filled (`short_gaps`); with many others it goes through
-//! covariances of pairs ([`crate::pairs`]). In a stationary record tones are found and taken out
-//! ([`crate::tones`]), and the modes identified from the rest.
+//! stationary one gaps up to the windows are filled (`short_gaps`); with many others it goes
+//! through covariances of pairs ([`crate::pairs`]). In a stationary record tones are found and
+//! taken out ([`crate::tones`]), and the modes identified from the rest.
 
 mod beside_tones;
 
@@ -57,10 +57,10 @@ pub struct Operational {
     pub evidence: Evidence,
     /// The record moves freely or is struck: neither pairs nor tones are sought.
     pub transient: bool,
-    /// Samples that were missing in short gaps and are filled from those beside them.
+    /// Samples that were missing in gaps and are filled from those beside them.
     pub filled: usize,
     /// Samples as they were identified, where that is not as they are in the record: without tones,
-    /// with short gaps filled.
+    /// with gaps filled.
     pub rest: Option<Vec<f64>>,
 }
 
@@ -101,7 +101,8 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
     let values = shifted.as_ref().unwrap_or(&record.outputs);
     let transient = is_transient(values, record.channels);
     let filled = if transient { None } else { short_gaps::filled(values, record.channels) };
-    let (values, filled) = filled.as_ref().map_or((values, 0), |(values, count)| (values, *count));
+    let unknown = filled.as_ref().map_or(0.0, |filled| filled.unknown);
+    let (values, filled) = filled.as_ref().map_or((values, 0), |filled| (&filled.values, filled.count));
     let evidence = if transient { Evidence::Windows } else { evidence(values, config) };
     let identified = |values: &[f64]| {
         let accumulated = Accumulated::new(values, evidence, config);
@@ -133,7 +134,16 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
         without_combinations(&mut selection, rest, config);
     }
     (found.modes, found.rejected) = (selection.modes, selection.rejected);
+    found.modes.iter_mut().for_each(|mode| widen(mode, unknown));
     Ok(found)
+}
+
+/// Deviations of a record of which the part `unknown` is borrowed from the rest.
+fn widen(mode: &mut Mode, unknown: f64) {
+    let factor = 1.0 / (1.0 - unknown).sqrt();
+    mode.sigma_frequency_hz *= factor;
+    mode.sigma_damping *= factor;
+    mode.shape_deviation.iter_mut().for_each(|sd| *sd *= factor);
 }
 
 /// Rejects the modes that stronger motion makes by clipping.

@@ -1,136 +1,183 @@
-//! Short gaps of a stationary record, filled from the samples beside them.
+//! Gaps of a stationary record, filled from the samples beside them.
 //!
-//! With samples missing at random, covariances from pairs carry a noise of their own: to every lag
-//! a missing share p adds the error of white noise of `p/(1 − p)` of the channel's power, however
-//! little the sensor has. Motion that is sampled fast enough is known better than that from the
-//! samples on both sides: `ŷ_t = r K⁻¹ y`, with K and r the covariances of the nearest samples that
-//! exist with each other and with the missing one (Wiener; kriging). The error is orthogonal to the
-//! samples used, so that the covariances of the filled record keep their expectation, but for what
-//! lies beyond them.
+//! Covariances from pairs carry a noise of the choice of pairs. Of a missing share p in gaps of
+//! mean length L every lag has an error of variance `L p/(1 − p)/N` of the square of the channel's
+//! power, another one at lags more than L apart, so that no motion of the structure explains it:
+//! modes that are weaker than the others drown in it. Motion is known better from the samples on
+//! both sides: `ŷ_t = r_tᵀ K⁻¹ y`, with K and r_t the covariances of the nearest samples that exist
+//! with each other and with the missing one (Wiener; kriging). Its error is orthogonal to the
+//! samples used, so that products of a predicted sample with one that exists have the right
+//! expectation. Those of two predicted ones lack the covariance P of their errors. It is given back
+//! by an error of that covariance: that of a gap of the same length elsewhere in the record, whose
+//! samples exist and are predicted in the same way (conditioning by kriging; Journel & Huijbregts
+//! 1978, ch. VII). Channels that lack the same samples take it from the same place, so that the
+//! covariances between them are right, too, and with all of them the windows of the record,
+//! whatever the error is.
 //!
-//! How good that is the record says itself: samples that exist are predicted in gaps of the same
-//! length. An error of the share e of the power leaves a noise of `p e` in place of `p/(1 − p)`; a
-//! length is filled where that is a tenth.
+//! An error that is borrowed tells nothing new: with the share p missing and errors of the share e
+//! of the power, the record is worth `1 − p e` of its length.
+//!
+//! A channel whose errors have its power, white noise to these samples, is left to the pairs.
 
 use crate::maximum_likelihood::solve;
+use crate::seeded::Seeded;
 use faer::Mat;
+use std::ops::Range;
 
-/// Nearest samples that exist from which one is predicted: at 0.4 of the rate, five periods.
+/// Samples from which a gap of one is predicted, both sides together: at 0.4 of the rate, five
+/// periods. One more for every sample of a longer gap.
 const SAMPLES: usize = 16;
-/// Longest distance of a sample used.
-const REACH: usize = 40;
-/// Longest gap filled.
-const SHORT_GAP_MAX: usize = 8;
+/// Distance up to which they are sought, in units of their number on one side: up to two of three
+/// may be missing.
+const REACH: usize = 3;
+/// Longest gap filled: the windows of the covariances, 2i rows. A longer one is a break, at which
+/// they lose no more than it holds.
+const GAP_MAX: usize = 80;
 /// Missing samples per existing one up to which gaps are exceptions: a channel that is updated
 /// every other row has one, and what its samples cannot show would come back as images.
 const ODDS_MAX: f64 = 0.5;
-/// Samples predicted to see the error of a gap of one length: it is known to a tenth.
-const TRIALS: usize = 200;
-/// Mean square error of a filled gap, relative to the power of the channel.
-const ERROR_SHARE_MAX: f64 = 0.1;
-/// Added to the variance, in deviations of the matrix of covariances: `(SAMPLES p/(1 − p)/N)^½` of
-/// it is the error that the missing share p leaves in it. Without it weights follow that error.
+/// Least samples of a channel.
+const PRESENT_MIN: usize = 400;
+/// Mean square error of the gaps relative to the power of the channel from which nothing is
+/// predicted: that of white noise, 1, known to a tenth from a hundred gaps.
+const ERROR_SHARE_MAX: f64 = 0.9;
+/// Places tried for a gap to borrow an error from: where stretches are as long as gaps, one of e
+/// begins a whole gap, and (1 − 1/e)^40 is 1e-8.
+const PLACES: usize = 40;
+/// Added to the variance, in deviations of the matrix of covariances: `(n L p/(1 − p)/N)^½` of it
+/// is the error that gaps of mean length L leave in one of n samples. Without it weights follow
+/// that error.
 const RIDGE_SIGMA: f64 = 2.0;
 
-/// The samples with short gaps filled, and how many were; `None` where none is worth it.
-pub(crate) fn filled(values: &[f64], channels: usize) -> Option<(Vec<f64>, usize)> {
-    let mut all = values.to_vec();
-    let mut count = 0;
-    for c in 0..channels {
-        let mut column: Vec<f64> = values.iter().skip(c).step_by(channels).copied().collect();
-        let here = fill(&mut column);
-        if here > 0 {
-            column.iter().enumerate().for_each(|(t, y)| all[t * channels + c] = *y);
-            count += here;
-        }
-    }
-    (count > 0).then_some((all, count))
+/// A record with its gaps filled.
+pub(crate) struct Filled {
+    pub values: Vec<f64>,
+    /// Samples that were missing.
+    pub count: usize,
+    /// Part of the record that is not known for it.
+    pub unknown: f64,
 }
 
-/// Fills a channel; how many samples.
-fn fill(column: &mut [f64]) -> usize {
+/// The samples (NaN where none exists) with gaps filled; `None` where none is worth it.
+pub(crate) fn filled(values: &[f64], channels: usize) -> Option<Filled> {
+    let mut all = Filled { values: values.to_vec(), count: 0, unknown: 0.0 };
+    for c in 0..channels {
+        let column: Vec<f64> = values.iter().skip(c).step_by(channels).copied().collect();
+        let Some(of_channel) = of_channel(&column) else { continue };
+        all.count += of_channel.samples.len();
+        all.unknown += of_channel.error_share * of_channel.samples.len() as f64 / values.len() as f64;
+        of_channel.samples.into_iter().for_each(|(t, y)| all.values[t * channels + c] = y);
+    }
+    (all.count > 0).then_some(all)
+}
+
+/// Samples of a channel that were missing.
+struct OfChannel {
+    /// Row and value.
+    samples: Vec<(usize, f64)>,
+    /// Mean square error of the predictions, relative to the power of the channel.
+    error_share: f64,
+}
+
+fn of_channel(column: &[f64]) -> Option<OfChannel> {
     let present = column.iter().filter(|y| y.is_finite()).count();
     let missing = column.len() - present;
-    if missing == 0 || present < 10 * REACH || missing as f64 > ODDS_MAX * present as f64 {
-        return 0;
+    if missing == 0 || present < PRESENT_MIN || missing as f64 > ODDS_MAX * present as f64 {
+        return None;
     }
     let mean = column.iter().filter(|y| y.is_finite()).sum::<f64>() / present as f64;
-    let centred: Vec<f64> = column.iter().map(|y| y - mean).collect();
-    let mut covariance = covariances(&centred);
-    if covariance[0] <= 0.0 {
-        return 0;
+    let predictor = Predictor::new(column.iter().map(|y| y - mean).collect(), missing as f64 / present as f64)?;
+    let (mut samples, mut squares) = (Vec::new(), 0.0);
+    for gap in predictor.gaps() {
+        let Some((predicted, errors)) = predictor.predicted(&gap).zip(predictor.borrowed(&gap)) else { continue };
+        squares += errors.iter().map(|e| e * e).sum::<f64>();
+        samples.extend(gap.zip(predicted.iter().zip(&errors).map(|(y, e)| mean + y + e)));
     }
-    let odds = missing as f64 / present as f64;
-    let allowed = ERROR_SHARE_MAX * covariance[0];
-    covariance[0] *= 1.0 + RIDGE_SIGMA * (SAMPLES as f64 * odds / column.len() as f64).sqrt();
-    let worth: Vec<bool> = (1..=SHORT_GAP_MAX).map(|length| error(&centred, &covariance, length) < allowed).collect();
-    let mut filled = 0;
-    let mut start = 0;
-    while start < column.len() {
-        let length = centred[start..].iter().take_while(|y| !y.is_finite()).count();
-        if length > 0 && length <= SHORT_GAP_MAX && worth[length - 1] && start > 0 && start + length < column.len() {
-            for (t, y) in column.iter_mut().enumerate().skip(start).take(length) {
-                if let Some(predicted) = predict(&centred, &covariance, t, t..t) {
-                    *y = mean + predicted;
-                    filled += 1;
-                }
-            }
+    let error_share = squares / (samples.len() as f64 * predictor.covariance[0]);
+    (error_share < ERROR_SHARE_MAX).then_some(OfChannel { samples, error_share })
+}
+
+/// A channel without its mean, and its covariances.
+struct Predictor {
+    centred: Vec<f64>,
+    covariance: Vec<f64>,
+    /// Of the variance, per root of the number of samples used.
+    ridge: f64,
+}
+
+impl Predictor {
+    /// With so many samples missing per existing one; `None` for a flat channel.
+    fn new(centred: Vec<f64>, odds: f64) -> Option<Self> {
+        let mut predictor = Self { centred, covariance: Vec::new(), ridge: 0.0 };
+        let gaps = predictor.gaps();
+        let longest = gaps.iter().map(ExactSizeIterator::len).max()?;
+        let mean_length = gaps.iter().map(ExactSizeIterator::len).sum::<usize>() as f64 / gaps.len() as f64;
+        let lags = 2 * REACH * on_one_side(longest) + longest;
+        predictor.covariance = covariances(&predictor.centred, lags);
+        predictor.ridge = RIDGE_SIGMA * (mean_length * odds / predictor.centred.len() as f64).sqrt();
+        (predictor.covariance[0] > 0.0).then_some(predictor)
+    }
+
+    /// Gaps that may be filled: between samples, and no longer than [`GAP_MAX`].
+    fn gaps(&self) -> Vec<Range<usize>> {
+        let rows = self.centred.len();
+        let is_missing = |t: &usize| !self.centred[*t].is_finite();
+        let begins = (1..rows).filter(|t| is_missing(t) && !is_missing(&(t - 1)));
+        let gaps = begins.map(|begin| begin..(begin..rows).find(|t| !is_missing(t)).unwrap_or(rows));
+        gaps.filter(|gap| gap.end < rows && gap.len() <= GAP_MAX).collect()
+    }
+
+    /// The samples of a gap from the nearest ones that exist on both sides.
+    fn predicted(&self, gap: &Range<usize>) -> Option<Vec<f64>> {
+        let count = on_one_side(gap.len());
+        let reach = REACH * count;
+        let exists = |t: &usize| self.centred[*t].is_finite();
+        let mut used: Vec<usize> =
+            (gap.start.saturating_sub(reach)..gap.start).rev().filter(exists).take(count).collect();
+        let before = used.len();
+        used.extend((gap.end..self.centred.len().min(gap.end + reach)).filter(exists).take(count));
+        if 2 * before.min(used.len() - before) < count {
+            return None;
         }
-        start += length.max(1);
+        let lag = |a: usize, b: usize| self.covariance[a.abs_diff(b)];
+        let variance = lag(0, 0) * (1.0 + self.ridge * (used.len() as f64).sqrt());
+        let matrix = Mat::from_fn(used.len(), used.len(), |a, b| if a == b { variance } else { lag(used[a], used[b]) });
+        let samples: Vec<f64> = used.iter().map(|t| self.centred[*t]).collect();
+        let solved = solve(&matrix, &samples, 0.0)?;
+        let at = |t: usize| used.iter().zip(&solved).map(|(of, x)| lag(*of, t) * x).sum();
+        Some(gap.clone().map(at).collect())
     }
-    filled
+
+    /// Errors of the prediction of samples that exist, as many as in the gap, far from it.
+    fn borrowed(&self, gap: &Range<usize>) -> Option<Vec<f64>> {
+        let reach = REACH * on_one_side(gap.len());
+        let room = self.centred.len().checked_sub(2 * reach + gap.len())?;
+        // The same places for all channels with this gap.
+        let mut random = Seeded::new(gap.start as u64);
+        (0..PLACES).find_map(|_| {
+            let start = reach + (random.uniform() * room as f64) as usize;
+            let place = start..start + gap.len();
+            let is_far = start.abs_diff(gap.start) > 2 * reach + gap.len();
+            if !is_far || self.centred[place.clone()].iter().any(|y| !y.is_finite()) {
+                return None;
+            }
+            let predicted = self.predicted(&place)?;
+            Some(self.centred[place].iter().zip(predicted).map(|(y, predicted)| y - predicted).collect())
+        })
+    }
+}
+
+/// Samples used on either side of a gap.
+fn on_one_side(length: usize) -> usize {
+    (SAMPLES + length).div_ceil(2)
 }
 
 /// `R_k` over the pairs that exist.
-fn covariances(centred: &[f64]) -> Vec<f64> {
-    let at = |k: usize| {
-        let pairs = centred.iter().skip(k).zip(centred).map(|(a, b)| a * b).filter(|product| product.is_finite());
-        let (n, sum) = pairs.fold((0.0, 0.0), |(n, sum), product| (n + 1.0, sum + product));
-        if n > 0.0 { sum / n } else { 0.0 }
-    };
-    (0..=2 * REACH).map(at).collect()
-}
-
-/// Mean square error of samples that exist when they lie in a gap of this length.
-fn error(centred: &[f64], covariance: &[f64], length: usize) -> f64 {
-    let step = (centred.len() / TRIALS).max(1);
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (trial, t) in (REACH..centred.len() - REACH).step_by(step).enumerate() {
-        let begin = t - trial % length;
-        if !centred[t].is_finite() {
-            continue;
-        }
-        if let Some(predicted) = predict(centred, covariance, t, begin..begin + length) {
-            sum += (predicted - centred[t]) * (predicted - centred[t]);
-            count += 1.0;
-        }
-    }
-    if count > 0.0 { sum / count } else { f64::INFINITY }
-}
-
-/// Sample `t` from the nearest ones that exist outside `hidden`.
-fn predict(centred: &[f64], covariance: &[f64], t: usize, hidden: std::ops::Range<usize>) -> Option<f64> {
-    let mut used: Vec<usize> = Vec::with_capacity(SAMPLES);
-    for distance in 1..=REACH {
-        for at in [t.checked_sub(distance), Some(t + distance)].into_iter().flatten() {
-            if used.len() < SAMPLES && !hidden.contains(&at) && centred.get(at).is_some_and(|y| y.is_finite()) {
-                used.push(at);
-            }
-        }
-    }
-    let both_sides = used.iter().any(|at| *at < t) && used.iter().any(|at| *at > t);
-    if used.len() < SAMPLES || !both_sides {
-        return None;
-    }
-    let lag = |a: usize, b: usize| covariance[a.abs_diff(b)];
-    let matrix = Mat::from_fn(SAMPLES, SAMPLES, |a, b| lag(used[a], used[b]));
-    let right: Vec<f64> = used.iter().map(|at| lag(*at, t)).collect();
-    let weights = solve(&matrix, &right, 0.0)?;
-    let explained: f64 = weights.iter().zip(&right).map(|(w, r)| w * r).sum();
-    if explained > covariance[0] {
-        return None;
-    }
-    Some(weights.iter().zip(&used).map(|(w, at)| w * centred[*at]).sum())
+fn covariances(centred: &[f64], lags: usize) -> Vec<f64> {
+    let mask: Vec<f64> = centred.iter().map(|y| f64::from(u8::from(y.is_finite()))).collect();
+    let values: Vec<f64> = centred.iter().map(|y| if y.is_finite() { *y } else { 0.0 }).collect();
+    let sum = |of: &[f64], k: usize| of.iter().skip(k).zip(of).map(|(a, b)| a * b).sum::<f64>();
+    (0..=lags).map(|k| sum(&values, k) / sum(&mask, k).max(1.0)).collect()
 }
 
 #[cfg(test)]
@@ -156,13 +203,14 @@ mod tests {
     #[test]
     fn samples_missing_at_random_are_known_from_those_beside_them() {
         let (whole, left) = record(|_, noise| noise.uniform() > 0.15);
-        let (filled, count) = filled(&left, 1).unwrap();
+        let Filled { values: filled, count, unknown } = filled(&left, 1).unwrap();
         let missing = left.iter().filter(|y| !y.is_finite()).count();
         assert!(count > 9 * missing / 10, "{count} of {missing}");
         let power = whole.iter().map(|y| y * y).sum::<f64>() / whole.len() as f64;
         let errors = (0..whole.len()).filter(|t| !left[*t].is_finite() && filled[*t].is_finite());
         let error = errors.map(|t| (filled[t] - whole[t]).powi(2)).sum::<f64>() / count as f64;
         assert!(error < 0.05 * power, "{error} of {power}");
+        assert!(unknown < 0.01, "{unknown}");
     }
 
     #[test]

@@ -64,15 +64,50 @@ fn samples_missing_at_random_leave_the_modes() {
     assert_both(&found.modes);
 }
 
-#[test]
-fn packets_that_are_lost_leave_the_modes_by_the_pairs_that_exist() {
-    let mut values = motion(21, 12_000);
+/// Loses this share of the packets of so many rows, none at the ends.
+fn without_packets(values: &mut [f64], rows: usize, share: f64) {
     let mut noise = Noise::new(22);
-    for packet in values.chunks_exact_mut(3 * 20) {
-        if noise.uniform() < 0.15 {
+    let inside = 3 * 100..values.len() - 3 * 100;
+    for packet in values[inside].chunks_exact_mut(3 * rows) {
+        if noise.uniform() < share {
             packet.fill(f64::NAN);
         }
     }
+}
+
+#[test]
+fn packets_that_are_lost_leave_the_modes() {
+    let mut values = motion(21, 12_000);
+    without_packets(&mut values, 20, 0.15);
+    let missing = values.iter().filter(|y| !y.is_finite()).count();
+    let found = found(values, &[]);
+    assert_eq!((found.evidence, found.filled), (Evidence::Windows, missing));
+    assert_both(&found.modes);
+}
+
+#[test]
+fn a_record_filled_in_packets_has_the_covariances_of_the_whole_one() {
+    let whole = motion(21, 60_000);
+    let mut left = whole.clone();
+    without_packets(&mut left, 20, 0.2);
+    let rest = found(left, &[]).rest.unwrap();
+    let lagged = |of: &[f64], rows: usize, c: usize| {
+        let pairs = of.iter().skip(3 * rows + c).step_by(3).zip(of.iter().skip(c).step_by(3));
+        let products: Vec<f64> = pairs.map(|(a, b)| a * b).filter(|product| product.is_finite()).collect();
+        products.iter().sum::<f64>() / products.len() as f64
+    };
+    for c in 0..3 {
+        for rows in [0, 5, 10, 20] {
+            let apart = (lagged(&rest, rows, c) - lagged(&whole, rows, c)) / lagged(&whole, 0, c);
+            assert!(apart.abs() < 0.01, "channel {c}, {rows} rows: {apart}");
+        }
+    }
+}
+
+#[test]
+fn packets_longer_than_the_windows_leave_the_modes_by_the_pairs_that_exist() {
+    let mut values = motion(21, 12_000);
+    without_packets(&mut values, 100, 0.15);
     let found = found(values, &[]);
     assert_eq!(found.evidence, Evidence::Pairs);
     assert_both(&found.modes);

@@ -41,7 +41,8 @@ pub struct Figures {
     pub tones_named_percent: f64,
     /// Tones reported that do not exist.
     pub tones_invented: u32,
-    /// Modes beside a tone that are right, or said to be hidden.
+    /// Modes beside a tone that are right, or said to be hidden, of those that are identifiable or
+    /// found.
     pub beside_right_percent: f64,
 }
 
@@ -142,12 +143,13 @@ fn judge(
             (f_z, (mode.damping_ratio - truth.damping_ratio) / mode.sigma_damping)
         });
         let hidden = found.tones.iter().any(|tone| (tone.frequency_hz - f).abs() < tone.hides_hz);
-        if recorded.beside_mode == Some(k) {
+        let identifiable = is_identifiable(truth, structure, recorded);
+        if recorded.beside_mode == Some(k) && (identifiable || z.is_some()) {
             let right = z.is_some_and(|(a, b)| a.abs() < RIGHT_SIGMA && b.abs() < RIGHT_SIGMA);
             sums.beside += 1;
             sums.beside_right += u32::from(right || hidden);
         }
-        if !is_identifiable(truth, structure, recorded) {
+        if !identifiable {
             continue;
         }
         figures.modes += 1;
@@ -197,7 +199,9 @@ mod tests {
     /// A slice of the campaign: enough to see a kind that breaks, too few for its figures.
     #[test]
     fn records_with_defects_give_the_modes_of_the_structure() {
-        for defect in [Defect::MissingRows, Defect::SlowChannel, Defect::LateChannel, Defect::Tone] {
+        for defect in
+            [Defect::MissingRows, Defect::MissingPackets, Defect::SlowChannel, Defect::LateChannel, Defect::Tone]
+        {
             let found = figures(defect, 2, 17);
             assert_eq!(found.failed, 0, "{found:?}");
             assert!(found.missed_percent == 0.0 && found.invented_percent == 0.0, "{found:?}");

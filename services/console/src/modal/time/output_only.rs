@@ -185,7 +185,7 @@ fn treatments(examined: &mut Examined, found: &Operational) -> Vec<Treatment> {
     let mut all = std::mem::take(&mut examined.even.treatments);
     for treatment in all.iter_mut().filter(|treatment| treatment.check == "missing") {
         if found.filled > 0 {
-            let said = format!(", {} of them in short gaps filled from the samples beside them", found.filled);
+            let said = format!(", {} of them in gaps filled from the samples beside them", found.filled);
             treatment.did.push_str(&said);
         }
         treatment.did.push_str(match (found.evidence, found.transient) {
