@@ -9,7 +9,7 @@
 //! its modes.
 //!
 //! From its poles, weighted least squares of
-//! `H_c(s) = Σ_k r_ck/(s − λ_k) + r̄_ck/(s − λ̄_k) + Σ_j ρ_cj s^j`, j = −2 … 4, find the optimum
+//! `H_c(s) = Σ_k r_ck/(s − λ_k) + r̄_ck/(s − λ̄_k) + Σ_j ρ_cj s^j`, j ≥ −2, find the optimum
 //! beside them (`refinement`), with the noise of the residual: one level per channel and, where
 //! the residual shows it, a part in proportion to `|H|²` (`lines`). Standard deviations are those
 //! of the Fisher information at that noise, freedom counted, with the covariance of the score that

@@ -1,7 +1,7 @@
 //! The lines of responses as a separable problem, and the noise that their residuals show.
 //!
-//! `H_c(s) = Σ_k r_ck/(s − λ_k) + r̄_ck/(s − λ̄_k) + Σ_j ρ_cj s^j`, j = −2 … 4, s = iω: the powers
-//! are what modes below (s⁻², s⁻¹) and above the lines (1 … s⁴) leave within them. The noise of a
+//! `H_c(s) = Σ_k r_ck/(s − λ_k) + r̄_ck/(s − λ̄_k) + Σ_j ρ_cj s^j`, j = −2 … J, s = iω: the powers
+//! are what modes below (s⁻², s⁻¹) and above the lines (1 … s^J) leave within them. The noise of a
 //! line is complex normal with variance `2 (a_c + b |H_c|²)`: a floor for every channel, and a part
 //! in proportion to the response, as a scatter of the input or few averages give it.
 
@@ -11,7 +11,7 @@ use crate::separable::{Columns, Evaluation, leverages};
 use faer::c64;
 
 /// Powers of s for the modes outside the lines: of a mode at f₁ above the last line f, what is left
-/// is its part times (f/f₁)⁶.
+/// is its part times (f/f₁)^(J + 2), as modes have pairs of poles; J may be raised.
 const POWERS: std::ops::RangeInclusive<i32> = -2..=4;
 /// Twice the gain of the log-likelihood for which the proportional part is kept: the price of one
 /// unknown (Akaike 1974).
@@ -41,6 +41,7 @@ pub(super) struct ResponseLines {
     /// Per channel: real and imaginary parts in turn.
     outputs: Vec<Vec<f64>>,
     window: LagWindow,
+    highest_power: i32,
 }
 
 pub(super) fn stacked(values: impl Iterator<Item = c64>) -> Vec<f64> {
@@ -53,6 +54,7 @@ impl ResponseLines {
             omega: frequency_hz.iter().map(|f| core::f64::consts::TAU * f).collect(),
             outputs: responses.iter().map(|response| stacked(response.iter().copied())).collect(),
             window: LagWindow::None,
+            highest_power: *POWERS.end(),
         }
     }
 
@@ -91,6 +93,15 @@ impl ResponseLines {
         self.window != LagWindow::None
     }
 
+    /// The same lines with two more powers of s.
+    pub fn with_more_powers(&self) -> Self {
+        Self { highest_power: self.highest_power + 2, ..self.clone() }
+    }
+
+    fn powers(&self) -> std::ops::RangeInclusive<i32> {
+        *POWERS.start()..=self.highest_power
+    }
+
     /// The same lines, of segments with this window.
     pub fn seen_through(self, window: LagWindow) -> Self {
         Self { window, ..self }
@@ -116,7 +127,7 @@ impl ResponseLines {
         let last = self.omega[self.omega.len() - 1];
         let response = |s: c64| {
             let of = |(pole, r): (&c64, &c64)| r / (s - pole) + r.conj() / (s - pole.conj());
-            let powers = POWERS.zip(&q[2 * at.poles.len()..]).map(|(power, q)| (s / last).powi(power) * *q);
+            let powers = self.powers().zip(&q[2 * at.poles.len()..]).map(|(power, q)| (s / last).powi(power) * *q);
             at.poles.iter().zip(&residues).map(of).chain(powers).fold(c64::new(0.0, 0.0), |sum, x| sum + x)
         };
         let of_square: Vec<c64> = at.poles.iter().zip(&residues).map(|(pole, r)| r * response(-pole)).collect();
@@ -219,7 +230,7 @@ impl ResponseLines {
             columns.slopes.push(stacked(both.iter().map(|(g, h)| g.1 + h.1)));
             columns.slopes.push(stacked(both.iter().map(|(g, h)| i * (g.1 - h.1))));
         }
-        for power in POWERS {
+        for power in self.powers() {
             let at = |w: &f64| {
                 let size = libm::pow(w / last, f64::from(power));
                 match power.rem_euclid(4) {

@@ -23,6 +23,8 @@ const WORTH_REFINING: f64 = 0.5;
 /// Frequencies of a mode above the lines, relative to the last line, from which it is sought: what
 /// one beyond the last leaves within the lines the powers of s hold to (1/2)⁶.
 const RATIOS_ABOVE: [f64; 3] = [1.1, 1.4, 1.8];
+/// Times that the model of what lies above the lines is extended.
+const ABOVE_ROUNDS: usize = 3;
 /// Damping ratio from which it is sought.
 const DAMPING_ABOVE: f64 = 0.01;
 /// Relative change of a weight at which the rounds end.
@@ -87,7 +89,7 @@ impl Refined {
 pub(super) fn refined(lines: &ResponseLines, poles: &[c64]) -> Option<Refined> {
     let own = |fit: &Fit| is_near(&fit.at.poles, poles);
     let plain = Refined::new(lines, settled(lines, poles).filter(own).or_else(|| held(lines, poles, ROUNDS_MAX))?);
-    let mut plain = with_mode_above(lines, plain);
+    let (lines, mut plain) = with_modes_above(lines.clone(), plain);
     if plain.correlations.is_empty() {
         return Some(plain);
     }
@@ -98,7 +100,7 @@ pub(super) fn refined(lines: &ResponseLines, poles: &[c64]) -> Option<Refined> {
         let Some(windowed) = better.map(|fit| Refined::new(&seen, Fit { window: Some(window), ..fit })) else {
             continue;
         };
-        let windowed = with_mode_above(&seen, windowed);
+        let (seen, windowed) = with_modes_above(seen, windowed);
         let expected = leakage::neighbours(&seen, window, &windowed.fit.at, &windowed.fit.noise);
         if are_of_windows(&windowed.correlations, &expected, seen.count()) {
             return Some(windowed);
@@ -111,12 +113,38 @@ pub(super) fn refined(lines: &ResponseLines, poles: &[c64]) -> Option<Refined> {
     Some(plain)
 }
 
-/// The fit with a mode above the lines beside those of `found`, where the residual is correlated
-/// over more lines than the window makes it and the mode pays for its unknowns.
-fn with_mode_above(lines: &ResponseLines, found: Refined) -> Refined {
-    if found.correlations.len() <= found.fit.reach() || found.fit.held {
-        return found;
+/// The lines with more powers of s, or the fit with a mode above the lines, whichever explains
+/// more, while the residual is correlated over more lines than the window makes it and it pays for
+/// its unknowns.
+///
+/// A mode near the last line is one pole; what all farther ones leave, the images of sampling among
+/// them, the powers hold.
+fn with_modes_above(mut lines: ResponseLines, mut found: Refined) -> (ResponseLines, Refined) {
+    for _ in 0..ABOVE_ROUNDS {
+        if found.correlations.len() <= found.fit.reach() || found.fit.held {
+            break;
+        }
+        let more = lines.with_more_powers();
+        let by_mode = with_mode_above(&lines, &found).map(|fit| (lines.clone(), fit));
+        let by_powers = with_powers(&more, &found).map(|fit| (more, fit));
+        let best = by_mode.into_iter().chain(by_powers).min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        let Some((of, (_, fit))) = best else { break };
+        found = Refined::new(&of, Fit { window: found.fit.window, ..fit });
+        lines = of;
     }
+    (lines, found)
+}
+
+/// Cost and fit with the more powers of `lines`; `None` where they do not pay.
+fn with_powers(lines: &ResponseLines, found: &Refined) -> Option<(f64, Fit)> {
+    let poles = &found.fit.at.poles;
+    let fit = settled(lines, poles).filter(|fit| is_near(&fit.at.poles, poles))?;
+    let cost = fit.cost() + lines.price(2 * lines.outputs().len());
+    (cost < found.fit.cost()).then_some((cost, fit))
+}
+
+/// Cost and fit with a mode above the lines; `None` where it does not pay.
+fn with_mode_above(lines: &ResponseLines, found: &Refined) -> Option<(f64, Fit)> {
     let (poles, last) = (&found.fit.at.poles, lines.last());
     let price = lines.price(2 + 2 * lines.outputs().len());
     let of_ratio = |ratio: f64| {
@@ -124,13 +152,10 @@ fn with_mode_above(lines: &ResponseLines, found: Refined) -> Refined {
         let start: Vec<c64> = poles.iter().copied().chain([above]).collect();
         let fit = settled(lines, &start)?;
         let stays = is_near(&fit.at.poles[..poles.len()], poles) && fit.at.poles[poles.len()].im > last;
-        (stays && fit.cost() + price < found.fit.cost()).then_some(fit)
+        let cost = fit.cost() + price;
+        (stays && cost < found.fit.cost()).then_some((cost, fit))
     };
-    let best = RATIOS_ABOVE.into_iter().filter_map(of_ratio).min_by(|a, b| a.cost().total_cmp(&b.cost()));
-    match best {
-        Some(fit) => Refined::new(lines, Fit { window: found.fit.window, ..fit }),
-        None => found,
-    }
+    RATIOS_ABOVE.into_iter().filter_map(of_ratio).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Every pole within the half-power band of the one it was.
