@@ -132,11 +132,11 @@ impl Predictor {
         let count = on_one_side(gap.len());
         let reach = REACH * count;
         let exists = |t: &usize| self.centred[*t].is_finite();
-        let mut used: Vec<usize> =
-            (gap.start.saturating_sub(reach)..gap.start).rev().filter(exists).take(count).collect();
-        let before = used.len();
-        used.extend((gap.end..self.centred.len().min(gap.end + reach)).filter(exists).take(count));
-        if 2 * before.min(used.len() - before) < count {
+        let before = (gap.start.saturating_sub(reach)..gap.start).rev().filter(exists).take(count);
+        let after = (gap.end..self.centred.len().min(gap.end + reach)).filter(exists).take(count);
+        let used: Vec<usize> = before.chain(after).collect();
+        // At an end of the record those of one side do; anywhere else both have them.
+        if used.len() < count {
             return None;
         }
         let lag = |a: usize, b: usize| self.covariance[a.abs_diff(b)];
