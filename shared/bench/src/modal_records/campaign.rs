@@ -41,8 +41,7 @@ pub struct Figures {
     pub tones_named_percent: f64,
     /// Tones reported that do not exist.
     pub tones_invented: u32,
-    /// Modes beside a tone that are right, or said to be hidden, of those that are identifiable or
-    /// found.
+    /// Modes beside a tone that are right, or said to be hidden.
     pub beside_right_percent: f64,
 }
 
@@ -143,13 +142,12 @@ fn judge(
             (f_z, (mode.damping_ratio - truth.damping_ratio) / mode.sigma_damping)
         });
         let hidden = found.tones.iter().any(|tone| (tone.frequency_hz - f).abs() < tone.hides_hz);
-        let identifiable = is_identifiable(truth, structure, recorded);
-        if recorded.beside_mode == Some(k) && (identifiable || z.is_some()) {
+        if recorded.beside_mode == Some(k) {
             let right = z.is_some_and(|(a, b)| a.abs() < RIGHT_SIGMA && b.abs() < RIGHT_SIGMA);
             sums.beside += 1;
             sums.beside_right += u32::from(right || hidden);
         }
-        if !identifiable {
+        if !is_identifiable(truth, structure, recorded) {
             continue;
         }
         figures.modes += 1;
