@@ -4,6 +4,7 @@
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
 mod modal_records;
+mod study_case;
 
 use crate::{Failure, print};
 use bench::campaign::{Benchmark, Campaign};
@@ -95,6 +96,10 @@ enum Problem {
     /// late, tones
     #[value(name = "modal-records")]
     ModalRecords,
+    /// One craft flown through all arcs in one thread, trial k with seed + k: the figures of its
+    /// joint estimate
+    #[value(name = "study-case")]
+    StudyCase,
     /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in
     /// it
     Dynamics,
@@ -182,6 +187,7 @@ fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
             modal_records::measure(arguments, to);
             Ok(())
         }
+        Problem::StudyCase => study_case::measure(arguments, to),
         Problem::Dynamics => {
             let cases = evaluation::cases(&runtime::sys::allocations);
             to.add(|| evaluation::table(&cases), None, || evaluation::json(&cases));

@@ -8,7 +8,7 @@ mod remarks;
 use crate::scenario_run::{Finished, LinkKind, ScenarioRun};
 use crate::{paper, truth};
 pub use arm::ArmResults;
-pub use generations::JointOutcome;
+pub use generations::{Generation, JointOutcome, JointRow};
 pub use losses::Loss;
 use physics::mated::OFF_AXIS_SIGMAS;
 use plant_file::scenario::ArmKnown;

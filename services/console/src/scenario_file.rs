@@ -8,6 +8,8 @@ use std::path::Path;
 const DEFAULT: &str = include_str!("../../../deploy/scenarios/default.toml");
 /// What `obsid drill`, `latency` and `budget` fly: every mode in 40 s.
 const SHORT: &str = include_str!("../../../deploy/scenarios/short.toml");
+/// What `obsid bench study-case` flies.
+const STUDY_CASE: &str = include_str!("../../../deploy/scenarios/study-case.toml");
 /// The scenario of a recording without one: nothing is known, nothing is needed.
 const NONE: &str = "format = 1\nname = \"no scenario\"\n";
 
@@ -55,6 +57,14 @@ pub fn default_scenario() -> Result<Opened, Failure> {
 /// Never in a build whose tests pass.
 pub fn short_scenario() -> Result<Opened, Failure> {
     open("deploy/scenarios/short.toml", SHORT, None)
+}
+
+/// The built-in scenario of one craft.
+///
+/// # Errors
+/// Never in a build whose tests pass.
+pub fn study_case() -> Result<Opened, Failure> {
+    open("deploy/scenarios/study-case.toml", STUDY_CASE, None)
 }
 
 /// What a recording without a scenario is replayed with.

@@ -3,17 +3,19 @@
 //!
 //! Arcs are flown one after another; each is heard by its keeper at its end, from what the messages
 //! before it say (generation 0). Then the mean of all is announced as the common point of
-//! linearisation, until a step is small. The posterior is tested by every arc's noise, by every arc
-//! against all others, and by the held-out arc, which is predicted. No partition is a fusion
-//! centre: every partition folds the same messages in the order of the arcs; this one announces and
-//! judges.
+//! linearisation, downhill, until a step is small. The posterior is tested by every arc's noise, by
+//! every arc against all others, and by the held-out arc, which is predicted. No partition is a
+//! fusion centre: every partition folds the same messages in the order of the arcs; this one
+//! announces and judges.
 
 mod announcement;
+mod descent;
 mod stage;
 
 use craft::fold::{Folded, Predicted};
 use craft::message::{Received, received};
 use craft::parameters::{Parameters, ParametersError};
+use descent::Descent;
 use plant_file::scenario::{ArcExperiment, CraftPlan, Scenario};
 use runtime::{Frame, Outputs, Partition, StateError};
 use serde::{Deserialize, Serialize};
@@ -29,8 +31,9 @@ const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_
 /// Rms step in posterior standard deviations below which the messages' point serves (design page
 /// "study case", 4).
 const STEP_SIGMA_ENOUGH: f64 = 0.1;
-/// Common points of linearisation at most; one or two are needed where the arcs were heard well.
-const GENERATIONS_MAX: u16 = 6;
+/// Common points of linearisation at most: one or two are needed where the arcs were heard well,
+/// eight along the valley of a fuel whose slosh was watched for one period.
+const GENERATIONS_MAX: u16 = 16;
 /// Pacing windows until a message is missed. Two are needed: one until the announcement takes
 /// effect, one until the message does.
 const WINDOWS_MAX: u64 = 10;
@@ -43,6 +46,7 @@ struct State {
     lost: [bool; 3],
     /// Messages of the present generation, as they travelled.
     messages: Vec<Vec<u8>>,
+    descent: Descent,
     /// Arcs whose keeper said that the plant cannot predict them.
     unpredictable: Vec<bool>,
 }
@@ -67,6 +71,7 @@ impl JointSupervisor {
             flown: vec![false; plan.arcs.len()],
             lost: [false; 3],
             messages: Vec::new(),
+            descent: Descent::default(),
             unpredictable: vec![false; plan.arcs.len()],
         };
         Ok(Self {
@@ -100,6 +105,8 @@ impl JointSupervisor {
             }
             match received(one, &self.parameters) {
                 Ok(_) => self.state.messages.push(one.as_bytes().to_vec()),
+                // it could be predicted at the point before
+                Err(_) if generation > 1 && !held_out => self.state.descent.is_impossible = true,
                 Err(_) => {
                     if let Some(arc) = self.state.unpredictable.get_mut(usize::from(one.arc)) {
                         *arc = true;
@@ -110,8 +117,7 @@ impl JointSupervisor {
     }
 
     fn received(&self) -> Vec<Received> {
-        let samples = self.state.messages.iter().filter_map(|bytes| Information::read_from_bytes(bytes).ok());
-        samples.filter_map(|sample| received(&sample, &self.parameters).ok()).collect()
+        descent::read(&self.state.messages, &self.parameters)
     }
 
     fn has_message(&self, arc: usize) -> bool {
@@ -164,9 +170,12 @@ impl JointSupervisor {
         }
     }
 
-    /// Folds the messages of `generation` and asks for what is needed next.
+    /// Folds the messages of the lowest point, those of `generation` or of one before, and asks for
+    /// what is needed next.
     fn fold(&mut self, generation: u16, frame: &Frame<'_>, out: &mut Outputs) {
-        let heard = self.received();
+        self.state.descent.take(&self.parameters, generation, &self.state.messages);
+        self.state.messages.clone_from(&self.state.descent.messages);
+        let (lowest, heard) = (self.state.descent.generation, self.received());
         let Some(folded) = Folded::of(&self.parameters, &heard).filter(|_| !heard.is_empty()) else {
             return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
         };
@@ -175,19 +184,20 @@ impl JointSupervisor {
         let until_frame = frame.number + WINDOWS_MAX * self.window;
         let predicts = (0..self.plan.arcs.len()).any(|arc| self.is_held_out(arc) && self.is_awaited(arc));
         if goes_on {
-            self.announce(generation, &folded, announcement::NEXT_GENERATION, frame, out);
+            let next = self.state.descent.next(&self.parameters, &folded);
+            self.announce(generation, &Folded { theta: next, ..folded }, announcement::NEXT_GENERATION, frame, out);
             self.state.messages.clear();
             self.state.stage = Stage::Folding { generation: generation + 1, until_frame };
         } else if is_near && predicts {
-            self.announce(generation, &folded, announcement::HELD_OUT, frame, out);
-            self.state.stage = Stage::Predicting { generation, until_frame, fitted: self.state.messages.len() };
+            self.announce(lowest, &folded, announcement::HELD_OUT, frame, out);
+            self.state.stage = Stage::Predicting { generation: lowest, until_frame, fitted: self.state.messages.len() };
         } else {
             // why a model is refused says more than that its steps did not end
             let verdict = match folded.verdict(None) {
                 (JointVerdict::NoHeldOut, _) if !is_near => (JointVerdict::NotConverged, None),
                 verdict => verdict,
             };
-            self.end(generation, verdict, Some(&folded), None, frame, out);
+            self.end(lowest, verdict, Some(&folded), None, frame, out);
         }
     }
 
@@ -252,7 +262,7 @@ impl Partition for JointSupervisor {
                 }
             }
             Stage::Folding { generation, until_frame } => {
-                if self.all_heard(false) || over(until_frame) {
+                if self.all_heard(false) || self.state.descent.is_impossible || over(until_frame) {
                     self.fold(generation, frame, out);
                 }
             }

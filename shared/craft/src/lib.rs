@@ -47,6 +47,7 @@ pub mod keeper;
 pub mod message;
 pub mod parameters;
 mod places;
+pub mod point;
 pub mod rows;
 #[cfg(test)]
 mod trial;

@@ -53,17 +53,18 @@ fn of_arc(vehicle: &Vehicle<'_>, fit: &JointFit, covariance: &DMatrix<f64>, arc:
         problem.instance(&problem.plant, &vehicle.of_arc(arc, theta), 0).planar_base_values()
     };
     let sigma: Vec<f64> = vehicle.unknowns.iter().map(|unknown| unknown.sigma).collect();
-    propagated(&values, [&fit.theta, &vehicle.prior()], &sigma, covariance)
+    propagated(&values, [&fit.theta, &vehicle.prior()], &sigma, covariance).0
 }
 
 /// First-order propagation, `J Σ J'` with J by central differences: of `values` at the estimate
-/// with its covariance (per prior standard deviations `sigma`), and at the priors with theirs.
+/// with its covariance (per prior standard deviations `sigma`), and at the priors with theirs. With
+/// the rows, their covariance at the estimate.
 pub fn propagated(
     values: &dyn Fn(&[f64]) -> Vec<BaseValue>,
     [theta, prior]: [&[f64]; 2],
     sigma: &[f64],
     covariance: &DMatrix<f64>,
-) -> Vec<BaseRow> {
+) -> (Vec<BaseRow>, DMatrix<f64>) {
     let (found, priors) = (values(theta), values(prior));
     let slopes = |center: &[f64]| {
         let column = |k: usize| {
@@ -79,7 +80,7 @@ pub fn propagated(
         DMatrix::from_columns(&columns)
     };
     if found.is_empty() {
-        return Vec::new();
+        return (Vec::new(), DMatrix::zeros(0, 0));
     }
     let (at_fit, at_prior) = (slopes(theta), slopes(prior));
     let posterior = &at_fit * covariance * at_fit.transpose();
@@ -92,5 +93,5 @@ pub fn propagated(
         prior: prior_value.value,
         prior_sigma: libm::sqrt(of_priors[(i, i)].max(0.0)),
     };
-    found.iter().zip(&priors).enumerate().map(row).collect()
+    (found.iter().zip(&priors).enumerate().map(row).collect(), posterior)
 }

@@ -7,6 +7,7 @@ use craft::fold::fold;
 use craft::message::{Received, received};
 use craft::parameters::Parameters;
 use dynamics::description::{BaseValue, Plant};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use plant_file::scenario::{ArcExperiment, ArcPlan, CraftPlan};
 use recording::RecordedRun;
 use serde_json::{Value, json};
@@ -39,6 +40,12 @@ impl JointRow {
     pub fn z(&self) -> f64 {
         (self.value - self.truth) / self.sigma
     }
+
+    /// Its bound says something of it: below a fifth of the truth.
+    #[must_use]
+    pub fn is_bounded(&self) -> bool {
+        self.sigma < BOUND_SHARE_MAX * self.truth.abs()
+    }
 }
 
 /// What one arc says of the model, and of the others.
@@ -55,6 +62,8 @@ pub struct Generation {
     pub rows: Vec<JointRow>,
     pub arcs: Vec<ArcRow>,
     pub step_sigma: Option<f64>,
+    /// `e' P⁻¹ e / n` of the errors e of the base parameters and their covariance P: 1 on average.
+    pub nees: Option<f64>,
 }
 
 /// What the supervisor says in the end.
@@ -100,8 +109,7 @@ impl JointOutcome {
     pub fn bound_ratio(&self) -> Option<f64> {
         let rows = &self.generations.last()?.rows;
         let has_base = rows.iter().any(|row| row.block == "base");
-        let known =
-            |row: &&JointRow| row.sigma < BOUND_SHARE_MAX * row.truth.abs() && (row.block == "base") == has_base;
+        let known = |row: &&JointRow| row.is_bounded() && (row.block == "base") == has_base;
         let squares: Vec<f64> = rows.iter().filter(known).map(|row| row.z().powi(2)).collect();
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     }
@@ -140,7 +148,7 @@ impl Generation {
             row.p_between.iter().map(|(block, p)| json!({ "arc": row.arc, "block": block.text(), "p": p }))
         });
         json!({
-            "generation": self.number, "step_sigma": self.step_sigma, "parameters": parameters.collect::<Vec<_>>(),
+            "generation": self.number, "step_sigma": self.step_sigma, "nees": self.nees, "parameters": parameters.collect::<Vec<_>>(),
             "chi2_per_row": noise.collect::<Vec<_>>(), "between_message": between.collect::<Vec<_>>(),
         })
     }
@@ -183,17 +191,20 @@ impl Craft<'_> {
         };
         let arcs = self.plan.arcs.iter().enumerate().map(arc).filter(|row| row.chi2_per_row.is_finite());
         let mut rows: Vec<JointRow> = (0..count).map(row).collect();
-        rows.extend(self.base_rows(sample).unwrap_or_default());
+        let (base, nees) = self.base_rows(sample).unwrap_or_default();
+        rows.extend(base);
         Generation {
             number: sample.generation,
             rows,
             arcs: arcs.collect(),
             step_sigma: Some(sample.step_sigma).filter(|step| step.is_finite()),
+            nees,
         }
     }
 
-    /// Base parameters of a planar craft, by the same fold of the same messages.
-    fn base_rows(&self, sample: &JointEstimate) -> Option<Vec<JointRow>> {
+    /// Base parameters of a planar craft, by the same fold of the same messages, and their
+    /// [`Generation::nees`].
+    fn base_rows(&self, sample: &JointEstimate) -> Option<(Vec<JointRow>, Option<f64>)> {
         let all = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
         let messages = all.iter().flat_map(|topic| self.recorded.of(*topic)).map(|(_, message)| message);
         let of_generation = |one: &&Information| one.generation == sample.generation && one.held_out == 0;
@@ -213,7 +224,7 @@ impl Craft<'_> {
         let theta = self.parameters.values(&knowledge.mean);
         let (prior, sigma): (Vec<f64>, Vec<f64>) =
             unknowns.iter().map(|unknown| (unknown.prior, unknown.sigma)).unzip();
-        let rows = base::propagated(&values, [&theta, &prior], &sigma, &knowledge.covariance()?);
+        let (rows, covariance) = base::propagated(&values, [&theta, &prior], &sigma, &knowledge.covariance()?);
         let row = |(row, truth): (BaseRow, BaseValue)| JointRow {
             status: status(row.sigma, row.prior_sigma),
             name: row.name,
@@ -225,6 +236,17 @@ impl Craft<'_> {
             value: row.value,
             sigma: row.sigma,
         };
-        Some(rows.into_iter().zip(self.flown.planar_base_values()).map(row).collect())
+        let rows: Vec<JointRow> = rows.into_iter().zip(self.flown.planar_base_values()).map(row).collect();
+        let nees = nees(&rows, &covariance);
+        Some((rows, nees))
     }
+}
+
+/// See [`Generation::nees`]; parameters are scaled to unit variance first, they have no common unit.
+fn nees(rows: &[JointRow], covariance: &DMatrix<f64>) -> Option<f64> {
+    let n = rows.len();
+    let correlation = DMatrix::from_fn(n, n, |i, j| covariance[(i, j)] / (rows[i].sigma * rows[j].sigma));
+    let z = DVector::from_iterator(n, rows.iter().map(JointRow::z));
+    let factor = Cholesky::new(correlation)?;
+    (n > 0).then(|| z.dot(&factor.solve(&z)) / n as f64)
 }

@@ -112,7 +112,7 @@ impl Jacobian {
 }
 
 /// A difference as a column of a matrix of `width`, as many rows as it has.
-fn put(matrix: &mut [f64], (column, width): (usize, usize), (moved, still): (&[f64], &[f64]), step: f64) {
+pub(super) fn put(matrix: &mut [f64], (column, width): (usize, usize), (moved, still): (&[f64], &[f64]), step: f64) {
     for (row, (moved, still)) in matrix.chunks_exact_mut(width).zip(moved.iter().zip(still)) {
         row[column] = (moved - still) / step;
     }
@@ -181,6 +181,28 @@ impl Slopes {
     }
 }
 
+/// Terms of an exponential over a part of an interval: ωh = 1 leaves 1/9! = 3e-6.
+const TERMS: usize = 8;
+
+/// What a row c by a state says of another state h \[s\] earlier under the rates `a` (n × n): `c e^{A h}`
+/// in its place, and `c ∫₀ʰ e^{A s} ds` of rates held between.
+#[inline(always)]
+pub(super) fn carry_row(a: &[f64], h: f64, row: &mut [f64], held: &mut [f64], scratch: &mut [Vec<f64>; 2]) {
+    let n = row.len();
+    let [power, next] = scratch;
+    power.copy_from_slice(row);
+    held.fill(0.0);
+    for term in 1..=TERMS {
+        let share = h / term as f64;
+        power.iter_mut().for_each(|power| *power *= share);
+        held.iter_mut().zip(&*power).for_each(|(sum, power)| *sum += power);
+        next.fill(0.0);
+        add_product(power, n, (a, n), (next, n));
+        core::mem::swap(power, next);
+        row.iter_mut().zip(&*power).for_each(|(sum, power)| *sum += power);
+    }
+}
+
 fn between(out: &mut [f64], (begin, end): (&[f64], &[f64]), share: f64) {
     out.iter_mut().zip(begin.iter().zip(end)).for_each(|(out, (a, b))| *out = a + share * (b - a));
 }
@@ -192,6 +214,8 @@ pub(super) struct Along {
     /// At the event, and in the middle between both.
     pub here: Slopes,
     pub between: Slopes,
+    /// Of `x' = A x + B w` at the beginning of means.
+    pub begun: [Vec<f64>; 2],
 }
 
 impl Along {
@@ -200,7 +224,14 @@ impl Along {
         let point = Point::of(propagator).filter(|_| propagator.is_driven_plainly())?;
         let jacobian = Jacobian::new(propagator, &point);
         let slopes = Slopes::new(&jacobian);
-        Some(Self { point, jacobians: [jacobian.clone(), jacobian], here: slopes.clone(), between: slopes })
+        let begun = [slopes.a.clone(), slopes.b.clone()];
+        Some(Self { point, jacobians: [jacobian.clone(), jacobian], here: slopes.clone(), between: slopes, begun })
+    }
+
+    /// Means begin where it was taken last.
+    pub fn begin_mean(&mut self) {
+        self.begun[0].copy_from_slice(&self.here.a);
+        self.begun[1].copy_from_slice(&self.here.b);
     }
 
     /// At the beginning of the interval behind event `k`: in state `x` under the noise `w`, where that

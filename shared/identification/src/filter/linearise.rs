@@ -96,12 +96,16 @@ fn pass(
     let mut update = Update::new(propagator, &linear, start);
     let mut mean = propagator.start();
     let mut transitions = Transitions::new(propagator);
-    let mut next_w = vec![0.0; m];
+    let (mut next_w, mut sigmas) = (vec![0.0; m], vec![0.0; n + m]);
+    if along.is_some() {
+        linear.factor.reserve_exact(propagator.timeline.events.iter().map(|event| event.count * event.count).sum());
+    }
     for k in 0..events {
         let event = propagator.timeline.events[k];
         propagator.renew(k, &mut mean);
         if let (0, Some(along)) = (k, &mut along) {
             along.take(propagator, 0, &mean.x, &mean.w)?;
+            along.begin_mean();
         }
         update.recursion.renew(&event, &linear.noise);
         linear.states.extend_from_slice(&mean.x);
@@ -115,10 +119,11 @@ fn pass(
         propagator.begin_mean(k, &mut mean);
         if event.begins_mean {
             update.recursion.begin_mean();
+            along.iter_mut().for_each(Along::begin_mean);
         }
         if k + 1 < events {
             let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
-            let sigmas = update.recursion.sigmas();
+            update.recursion.write_sigmas(&mut sigmas);
             if let Some(along) = &mut along {
                 along.begin(propagator, k, &mean.x, &mean.w);
                 let end = transitions.arrive(propagator, k, &mean);
@@ -179,7 +184,7 @@ impl Update {
         let row_len = linear.row_len();
         let out = &mut linear.measurement[event.first * row_len..];
         match along {
-            Some(along) => self.scratch.measurement_along(propagator, (k, &along.here), mean, out),
+            Some(along) => self.scratch.measurement_along(propagator, (k, along), mean, out),
             None => self.scratch.measurement(propagator, k, mean, out),
         }
         self.decays(propagator, k, linear);

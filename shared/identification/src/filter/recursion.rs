@@ -75,9 +75,8 @@ impl<R: Row> Recursion<R> {
     }
 
     /// Standard deviations of the state and of the noise inputs.
-    pub fn sigmas(&self) -> Vec<f64> {
-        let count = self.layout.tangent + self.layout.noise_inputs.len();
-        (0..count).map(|i| self.p[i].numbers()[i].sqrt()).collect()
+    pub fn write_sigmas(&self, out: &mut [f64]) {
+        out.iter_mut().zip(&self.p).enumerate().for_each(|(i, (sigma, row))| *sigma = row.numbers()[i].sqrt());
     }
 
     /// Fresh actuator noise.

@@ -11,6 +11,7 @@
 //! F, H and K are those of the linear model; b is taken at the beginning, the middle and the end of
 //! every step of integration, A between its values at both events.
 
+mod apart;
 mod interval;
 mod local;
 mod recursion;
@@ -19,6 +20,7 @@ use super::Linear;
 use super::jacobian::{Jacobian, Slopes};
 use super::propagator::{Point, Propagator};
 use dynamics::system::Differs;
+use apart::Apart;
 use interval::{Interval, Stretch};
 use local::Local;
 use recursion::Recursion;
@@ -73,6 +75,7 @@ pub fn sensitivities(
     let point = Point::of(nominal).filter(|_| nominal.is_driven_plainly())?;
     let mut jacobians = [Jacobian::new(nominal, &point), Jacobian::new(nominal, &point)];
     let (mut slopes, mut mass) = (Slopes::new(&jacobians[0]), Slopes::new(&jacobians[0]));
+    let mut rates = Slopes::new(&jacobians[0]);
     let mut local = Local::new(moved, point);
     let mut interval = Interval::new(&local);
     let mut recursion = Recursion::new(nominal, linear, moved, &local);
@@ -89,6 +92,10 @@ pub fn sensitivities(
             return None;
         }
         local.finish(&mass, Some(&mut recursion.d));
+        if Apart::needs_rates(nominal, k) && !rates.take([here, here], 0.0) {
+            return None;
+        }
+        recursion.apart.b.copy_from_slice(&local.b);
         if k > 0 {
             let begin = &linear.updated[(k - 1) * n..k * n];
             let [before, here] = &mut jacobians;
@@ -108,7 +115,7 @@ pub fn sensitivities(
             }
             recursion.move_on(nominal, k, (&interval, &slopes));
         }
-        recursion.take_up(nominal, moved, k);
+        recursion.take_up((nominal, moved), k, (&rates, &interval));
     }
     Some(recursion.columns)
 }

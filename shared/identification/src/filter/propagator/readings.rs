@@ -60,7 +60,7 @@ impl Propagator<'_> {
     }
 
     /// By how much the instant that the sample is about lies before its event \[s\].
-    pub(super) fn behind(&self, sample: usize, channel: usize) -> f64 {
+    pub fn behind(&self, sample: usize, channel: usize) -> f64 {
         let sensor = &self.sensors[channel];
         let stamp = self.timeline.stamp_s[sample];
         let truth = (stamp - sensor.offset_s) / (1.0 + sensor.skew);
@@ -117,19 +117,51 @@ impl Propagator<'_> {
     /// Means that begin at the event of `clone` and end at event `k`, both as much `behind`, into
     /// the readings.
     fn take_means(&mut self, k: usize, (behind, dt_s): (f64, f64), x: &[f64], w: &[f64], clone: (&[f64], usize)) {
-        let event = self.timeline.events[k];
-        let (mut end, mut begin) = (core::mem::take(&mut self.x_at), core::mem::take(&mut self.x_begin));
+        let mut ends = [core::mem::take(&mut self.x_begin), core::mem::take(&mut self.x_at)];
+        self.ends_behind((k, behind), (x, w), clone, &mut ends);
+        self.means_between((k, clone.1), (behind, dt_s), &ends, w);
+        [self.x_begin, self.x_at] = ends;
+    }
+
+    /// States at both ends of such a mean.
+    pub fn ends_behind(
+        &mut self,
+        (k, behind): (usize, f64),
+        (x, w): (&[f64], &[f64]),
+        clone: (&[f64], usize),
+        [begin, end]: &mut [Vec<f64>; 2],
+    ) {
         end.copy_from_slice(x);
         begin.copy_from_slice(clone.0);
         if behind != 0.0 {
-            self.carry((k, behind > 0.0), behind, &mut end, w);
-            self.carry((clone.1, behind > 0.0), behind, &mut begin, w);
+            self.carry((k, behind > 0.0), behind, end, w);
+            self.carry((clone.1, behind > 0.0), behind, begin, w);
         }
+    }
+
+    /// Means between two states, which began at event `from` and end at event `k`, into the readings.
+    pub fn means_between(
+        &mut self,
+        (k, from): (usize, usize),
+        (behind, dt_s): (f64, f64),
+        [begin, end]: &[Vec<f64>; 2],
+        w: &[f64],
+    ) {
+        let event = self.timeline.events[k];
         self.load(event.row, w);
         self.u_end.copy_from_slice(&self.u);
-        self.load(self.timeline.events[clone.1].row, w);
+        self.load(self.timeline.events[from].row, w);
         let Self { system, ws, u, u_end, y, .. } = self;
-        system.read_mean(ws, event.t_s - dt_s - behind, dt_s, &begin, u, &end, u_end, y);
-        (self.x_at, self.x_begin) = (end, begin);
+        system.read_mean(ws, event.t_s - dt_s - behind, dt_s, begin, u, end, u_end, y);
+    }
+
+    /// The reading of `channel` that was taken last.
+    pub fn taken(&self, channel: usize) -> f64 {
+        self.y[channel]
+    }
+
+    /// Readings of `channel` are means.
+    pub fn is_mean(&self, channel: usize) -> bool {
+        self.sensors[channel].mean
     }
 }

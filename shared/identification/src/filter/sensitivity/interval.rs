@@ -64,6 +64,11 @@ impl Interval {
         }
     }
 
+    /// b at the end, under what acted until then (accelerations × narrow).
+    pub fn b_end(&self) -> &[f64] {
+        &self.b[2]
+    }
+
     /// From state `x` over a stretch in `steps`, with its `d` where it `reads`; false where the mass
     /// matrix is not positive.
     pub fn take(

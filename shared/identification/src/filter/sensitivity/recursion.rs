@@ -1,13 +1,14 @@
 //! S along the run, event by event.
 
+use super::apart::Apart;
 use super::interval::Interval;
 use super::local::Local;
 use super::{Moved, Slopes};
 use crate::filter::Linear;
 use crate::filter::dense::add_product;
+use crate::filter::jacobian::carry_row;
 use crate::filter::propagator::Propagator;
 use crate::filter::wide::wide;
-use core::mem::swap;
 
 pub(super) struct Recursion<'l> {
     linear: &'l Linear,
@@ -28,17 +29,14 @@ pub(super) struct Recursion<'l> {
     to: Vec<f64>,
     /// Channels with `middle` and `to`.
     bent: Vec<bool>,
-    /// State at the beginning of means, and its event.
-    clone: (Vec<f64>, usize),
-    /// A row by x and by w, and a power.
-    rows: [Vec<f64>; 4],
-    y: [Vec<f64>; 2],
+    pub(super) apart: Apart,
+    /// A row by x and by w, what it says of rates held, and room for its powers.
+    row: Vec<f64>,
+    by_w: Vec<f64>,
+    held: Vec<f64>,
+    powers: [Vec<f64>; 2],
     pub columns: Vec<Vec<f64>>,
 }
-
-/// Terms of an exponential over half an interval: ωh/2 = 1 leaves 1/9! = 3e-6 of the share that a
-/// lag has of its input there.
-const TERMS: usize = 8;
 
 impl<'l> Recursion<'l> {
     pub fn new(nominal: &Propagator<'_>, linear: &'l Linear, moved: &[Moved<'_>], local: &Local) -> Self {
@@ -65,9 +63,11 @@ impl<'l> Recursion<'l> {
             middle: readings(),
             to: readings(),
             bent: vec![false; channels],
-            clone: (nominal.x0.clone(), 0),
-            rows: [zeros(n), zeros(m), zeros(n), zeros(n)],
-            y: [zeros(channels), zeros(channels)],
+            apart: Apart::new(nominal, local),
+            row: zeros(n),
+            by_w: zeros(m),
+            held: zeros(n),
+            powers: [zeros(n), zeros(n)],
             columns: vec![zeros(nominal.timeline.value.len()); moved.len()],
         }
     }
@@ -102,33 +102,27 @@ impl<'l> Recursion<'l> {
     /// `C (e^{A h} S + …) + D` in the middle, h half the interval, by the rows of C.
     #[inline(always)]
     fn read_middle(&mut self, half_s: f64, (interval, slopes): (&Interval, &Slopes)) {
-        let (n, m, width) = (self.rows[0].len(), self.rows[1].len(), self.width);
-        let [by_x, by_w, power, next] = &mut self.rows;
+        let (n, m, width) = (self.row.len(), self.by_w.len(), self.width);
+        let Self { row, by_w, held, powers, .. } = self;
         for channel in (0..self.bent.len()).filter(|channel| self.bent[*channel]) {
-            power.copy_from_slice(&slopes.c[channel * n..(channel + 1) * n]);
-            by_x.copy_from_slice(power);
+            row.copy_from_slice(&slopes.c[channel * n..(channel + 1) * n]);
             by_w.copy_from_slice(&slopes.d[channel * m..(channel + 1) * m]);
             let out = &mut self.middle[channel * width..(channel + 1) * width];
             out.copy_from_slice(&interval.d_middle[channel * width..(channel + 1) * width]);
-            add_product(power, n, (&interval.g_middle, interval.narrow), (out, width));
-            for term in 1..=TERMS {
-                let share = half_s / term as f64;
-                power.iter_mut().for_each(|power| *power *= share);
-                add_product(power, n, (&slopes.b, m), (by_w, m));
-                next.fill(0.0);
-                add_product(power, n, (&slopes.a, n), (next, n));
-                swap(power, next);
-                by_x.iter_mut().zip(&*power).for_each(|(sum, power)| *sum += power);
+            add_product(row, n, (&interval.g_middle, interval.narrow), (out, width));
+            carry_row(&slopes.a, half_s, row, held, powers);
+            add_product(row, n, (&self.s, width), (out, width));
+            if m > 0 {
+                add_product(held, n, (&slopes.b, m), (by_w, m));
+                add_product(by_w, m, (&self.s[n * width..], width), (out, width));
             }
-            add_product(by_x, n, (&self.s, width), (out, width));
-            add_product(by_w, m, (&self.s[n * width..], width), (out, width));
         }
     }
 
     #[inline(always)]
     fn propagate(&mut self, k: usize, interval: &Interval) {
-        let (n, width) = (self.rows[0].len(), self.width);
-        let len = n + self.rows[1].len();
+        let (n, width) = (self.row.len(), self.width);
+        let len = n + self.by_w.len();
         for (next, g) in self.next.chunks_exact_mut(width).zip(interval.g.chunks_exact(interval.narrow)) {
             next[..g.len()].copy_from_slice(g);
             next[g.len()..].fill(0.0);
@@ -155,16 +149,22 @@ impl<'l> Recursion<'l> {
     }
 
     /// The readings of event `k`, and their update.
-    pub fn take_up(&mut self, nominal: &mut Propagator<'_>, moved: &mut [Moved<'_>], k: usize) {
+    pub fn take_up(
+        &mut self,
+        (nominal, moved): (&mut Propagator<'_>, &mut [Moved<'_>]),
+        k: usize,
+        (rates, interval): (&Slopes, &Interval),
+    ) {
         let event = nominal.timeline.events[k];
-        let (layout, n, width) = (&self.linear.layout, self.rows[0].len(), self.width);
+        let (layout, n, width) = (&self.linear.layout, self.row.len(), self.width);
         for (i, input) in layout.noise_inputs.iter().enumerate() {
             if event.reset >> input.min(&63) & 1 == 1 {
                 self.s[(n + i) * width..(n + i + 1) * width].fill(0.0);
             }
         }
         if event.count > 0 {
-            self.read_beside(nominal, moved, k);
+            let (linear, order) = (self.linear, &self.order[..]);
+            self.apart.read((nominal, moved), (linear, k), (rates, interval), (&mut self.d, order));
             wide(
                 #[inline(always)]
                 || self.read(nominal, k),
@@ -187,38 +187,7 @@ impl<'l> Recursion<'l> {
             if layout.clone > 0 {
                 self.s.copy_within(..n * width, layout.clone_at() * width);
             }
-            self.clone.0.copy_from_slice(&self.linear.updated[k * n..(k + 1) * n]);
-            self.clone.1 = k;
-        }
-    }
-
-    /// D of means and of readings of instants off their stamps, by the readings of the plants
-    /// beside.
-    fn read_beside(&mut self, nominal: &mut Propagator<'_>, moved: &mut [Moved<'_>], k: usize) {
-        let event = nominal.timeline.events[k];
-        let samples = event.first..event.first + event.count;
-        let channels = &nominal.timeline.channel[samples];
-        let apart = |channel: &usize| !nominal.is_instant(*channel);
-        if !channels.iter().any(apart) {
-            return;
-        }
-        let shifted = channels.iter().any(|channel| nominal.is_shifted(*channel));
-        let felt = shifted || !nominal.system.means_are_kinematic();
-        let (n, m) = (self.rows[0].len(), self.rows[1].len());
-        let (x, w) = (&self.linear.states[k * n..(k + 1) * n], &self.linear.held[k * m..(k + 1) * m]);
-        let clone = (&self.clone.0[..], self.clone.1);
-        let [still, there] = &mut self.y;
-        nominal.read_apart(k, x, w, clone, still);
-        for (column, i) in self.order.iter().enumerate() {
-            let one = &mut moved[*i];
-            let reads = one.retimed || felt || one.differs != dynamics::system::Differs::InForces;
-            if reads {
-                one.propagator.read_apart(k, x, w, clone, there);
-            }
-            for (slot, channel) in channels.iter().enumerate().filter(|(_, channel)| !nominal.is_instant(**channel)) {
-                let found = if reads { (there[slot] - still[slot]) / one.step } else { 0.0 };
-                self.d[channel * self.width + column] = found;
-            }
+            self.apart.begin_mean(self.linear, k, (rates, interval));
         }
     }
 

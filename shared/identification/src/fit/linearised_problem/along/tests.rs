@@ -31,25 +31,41 @@ fn apart(a: &DMatrix<f64>, b: &DMatrix<f64>, of: &[usize]) -> f64 {
     pairs.map(|(i, j)| (a[(i, j)] - b[(i, j)]).abs() / scale(i, j)).fold(0.0, f64::max)
 }
 
+/// Largest distance of the information along the trajectory from that of differences of passes.
+fn off(nominal: &Plant, duration_s: f64) -> f64 {
+    let problem = problem(nominal, recording(nominal, 7, duration_s));
+    let session = EstimationSession { along: true, ..EstimationSession::new(&problem, 1).unwrap() };
+    let mut linearised = LinearisedProblem::new(&session, nominal, &session.prior(), &session.noise).unwrap();
+    let covered = linearised.run_along(&session, nominal, &session.prior(), 0);
+    assert!(covered.iter().all(Option::is_some));
+    linearised.take_jacobian(&session, nominal, &session.prior());
+    let along = information(&session, &linearised);
+    linearised.jacobian = by_differences(&session, &linearised, 1e-3);
+    // where a command switches at the instant of a reading, nothing is smooth about a clock
+    let smooth = |i: &usize| !problem.unknowns[*i].name.contains("clock");
+    let of: Vec<usize> = (0..problem.unknowns.len()).filter(smooth).collect();
+    apart(&along, &information(&session, &linearised), &of)
+}
+
 #[test]
 fn information_along_the_trajectory_is_that_of_differences_of_passes() {
     // what a step of integration leaves of the slope of a frequency, 5 (ω h)⁴/120: 7e-5 at the second
     // mode of the panel; where arms swing, slopes change within an interval, too
     for (name, duration_s, tolerance) in [("study_case", 2.3, 1.4e-4), ("double_pendulum", 2.0, 1e-3)] {
-        let nominal = plant(name);
-        let problem = problem(&nominal, recording(&nominal, 7, duration_s));
-        let session = EstimationSession { along: true, ..EstimationSession::new(&problem, 1).unwrap() };
-        let mut linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
-        let covered = linearised.run_along(&session, &nominal, &session.prior(), 0);
-        assert!(covered.iter().all(Option::is_some), "{name}");
-        linearised.take_jacobian(&session, &nominal, &session.prior());
-        let along = information(&session, &linearised);
-        linearised.jacobian = by_differences(&session, &linearised, 1e-3);
-        // at a clock that is right a command switches at a stamp: nothing is smooth about it
-        let smooth = |i: &usize| !problem.unknowns[*i].name.contains("clock");
-        let of: Vec<usize> = (0..problem.unknowns.len()).filter(smooth).collect();
-        let found = apart(&along, &information(&session, &linearised), &of);
+        let found = off(&plant(name), duration_s);
         assert!(found < tolerance, "{name}: {found:e}");
+    }
+}
+
+#[test]
+fn readings_of_instants_off_their_stamps_say_what_differences_of_passes_say() {
+    let mut nominal = plant("study_case");
+    // a lag that is read between readings of others takes in a line
+    nominal.sensors.iter_mut().for_each(|sensor| sensor.low_pass_hz = None);
+    for clock_s in [-4e-3, 4e-3] {
+        nominal.set_parameter("imu.clock_offset", clock_s).unwrap();
+        let found = off(&nominal, 2.3);
+        assert!(found < 1.8e-4, "{clock_s}: {found:e}");
     }
 }
 
