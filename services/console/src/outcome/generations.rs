@@ -7,7 +7,7 @@ use craft::fold::fold;
 use craft::message::{Received, received};
 use craft::parameters::Parameters;
 use dynamics::description::{BaseValue, Plant};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use plant_file::scenario::{ArcExperiment, ArcPlan, CraftPlan};
 use recording::RecordedRun;
 use serde_json::{Value, json};
@@ -62,7 +62,7 @@ pub struct Generation {
     pub rows: Vec<JointRow>,
     pub arcs: Vec<ArcRow>,
     pub step_sigma: Option<f64>,
-    /// `e' P⁻¹ e / n` of the errors e of the base parameters and their covariance P: 1 on average.
+    /// `e' P⁻¹ e / rank P` of the errors e of the base parameters and their covariance P: 1 on average.
     pub nees: Option<f64>,
 }
 
@@ -242,11 +242,25 @@ impl Craft<'_> {
     }
 }
 
-/// See [`Generation::nees`]; parameters are scaled to unit variance first, they have no common unit.
+/// Share of the largest eigenvalue of a correlation below which rounding of its differences decides:
+/// fewer numbers than base parameters are uncertain where the plant file knows some.
+const EIGENVALUE_LEAST: f64 = 1e-8;
+
+/// See [`Generation::nees`], over the directions in which the parameters vary; they are scaled to unit
+/// variance first, having no common unit.
 fn nees(rows: &[JointRow], covariance: &DMatrix<f64>) -> Option<f64> {
-    let n = rows.len();
-    let correlation = DMatrix::from_fn(n, n, |i, j| covariance[(i, j)] / (rows[i].sigma * rows[j].sigma));
-    let z = DVector::from_iterator(n, rows.iter().map(JointRow::z));
-    let factor = Cholesky::new(correlation)?;
-    (n > 0).then(|| z.dot(&factor.solve(&z)) / n as f64)
+    let varied: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].sigma > 0.0).collect();
+    let (n, of) = (varied.len(), |i: usize| &rows[varied[i]]);
+    let share = |i: usize, j: usize| covariance[(varied[i], varied[j])] / (of(i).sigma * of(j).sigma);
+    let correlation = DMatrix::from_fn(n, n, share);
+    let z = DVector::from_fn(n, |i, _| of(i).z());
+    if n == 0 || correlation.iter().chain(z.iter()).any(|number| !number.is_finite()) {
+        return None;
+    }
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(correlation);
+    let least = EIGENVALUE_LEAST * eigenvalues.max();
+    let turned = eigenvectors.tr_mul(&z);
+    let kept = turned.iter().zip(&eigenvalues).filter(|(_, value)| **value > least);
+    let (sum, rank) = kept.fold((0.0, 0), |(sum, rank), (z, value)| (sum + z * z / value, rank + 1));
+    Some(sum / f64::from(rank))
 }
