@@ -27,7 +27,7 @@ struct Trial {
     /// Name, error over sigma, and whether the sigma is below a fifth of the truth; of base
     /// parameters.
     z: Vec<(String, f64, bool)>,
-    /// Of the numbers of the plant file.
+    /// Of the plant file's own parameters.
     physical_z: Vec<f64>,
     wall_s: f64,
 }

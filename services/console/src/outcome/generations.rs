@@ -62,7 +62,8 @@ pub struct Generation {
     pub rows: Vec<JointRow>,
     pub arcs: Vec<ArcRow>,
     pub step_sigma: Option<f64>,
-    /// `e' P⁻¹ e / rank P` of the errors e of the base parameters and their covariance P: 1 on average.
+    /// `e' P⁻¹ e / rank P` of the errors e of the base parameters and their covariance P: 1 on
+    /// average.
     pub nees: Option<f64>,
 }
 
@@ -242,12 +243,13 @@ impl Craft<'_> {
     }
 }
 
-/// Share of the largest eigenvalue of a correlation below which rounding of its differences decides:
-/// fewer numbers than base parameters are uncertain where the plant file knows some.
+/// Share of the largest eigenvalue of a correlation below which rounding of its differences
+/// decides: where a plant file knows some parameters, base parameters of the others depend on each
+/// other.
 const EIGENVALUE_LEAST: f64 = 1e-8;
 
-/// See [`Generation::nees`], over the directions in which the parameters vary; they are scaled to unit
-/// variance first, having no common unit.
+/// See [`Generation::nees`], over the directions in which the parameters vary; they are scaled to
+/// unit variance first, having no common unit.
 fn nees(rows: &[JointRow], covariance: &DMatrix<f64>) -> Option<f64> {
     let varied: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].sigma > 0.0).collect();
     let (n, of) = (varied.len(), |i: usize| &rows[varied[i]]);

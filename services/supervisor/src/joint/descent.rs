@@ -1,10 +1,10 @@
 //! From one common point of linearisation to the next, downhill.
 //!
-//! Of a Gauss–Newton step from the lowest point the messages at its end tell the objective: where it
-//! rose, the step is taken again as short as the parabola of the line says. A plant whose numbers are
-//! hardly told apart (a fuel's mass, stiffness and place in one period of its slosh) has a curved
-//! valley, in which each step falls short, some by half; steps twice as long, tried where they did,
-//! arrived later than steps as they are.
+//! Of a Gauss–Newton step from the lowest point the messages at its end give the objective: where
+//! it rose, the step is taken again as short as the parabola of the line predicts. Parameters that
+//! are nearly confounded (mass, stiffness and place of a fuel in one period of its slosh) make a
+//! curved ridge of the likelihood, along which each step falls short, some by half; steps twice as
+//! long, tried where they did, arrived later than steps as they are.
 
 use craft::fold::Folded;
 use craft::message::{Received, received};
@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 use telemetry::Information;
 use zerocopy::FromBytes;
 
-/// A step that is taken again, of what it was: at most half, or it would be the same again; at least
-/// a tenth, below which a parabola is not that of so long a line.
+/// A step that is taken again, of what it was: at most half, or it would be the same again; at
+/// least a tenth, below which a parabola is not that of so long a line.
 const SHORTENED: [f64; 2] = [0.1, 0.5];
 
 /// Messages as they travelled, as messages.
@@ -42,8 +42,9 @@ impl Default for Descent {
 }
 
 impl Descent {
-    /// Takes up the messages of a generation. They are the new point unless the objective rose or is
-    /// none; points of other arcs, or without a point in common, are not compared.
+    /// Takes up the messages of a generation. They are the new point unless the objective rose or
+    /// an arc cannot be predicted; points of other arcs, or without a point in common, are not
+    /// compared.
     pub fn take(&mut self, parameters: &Parameters, generation: u16, messages: &[Vec<u8>]) {
         if core::mem::take(&mut self.is_impossible) {
             self.share *= SHORTENED[1];
@@ -61,7 +62,8 @@ impl Descent {
         self.share = 1.0;
     }
 
-    /// Where the next messages are asked for: so far from the lowest point to the mean `folded` there.
+    /// Where the next messages are asked for: so far from the lowest point to the mean `folded`
+    /// there.
     pub fn next(&self, parameters: &Parameters, folded: &Folded) -> Vec<f64> {
         let Some(at) = read(&self.messages, parameters).first().map(|one| parameters.deviations(&one.theta)) else {
             return folded.theta.clone();
