@@ -39,9 +39,9 @@ impl CommonPoint {
         objective.is_finite().then_some(Self { arcs, objective, d, r })
     }
 
-    /// Where on the line to `other`, which is at 1, the parabola through F of both and its slope here
-    /// is least; infinite where F falls ever faster. `None` where arcs differ, or F does not fall
-    /// towards `other`.
+    /// Where on the line to `other`, which is at 1, the parabola through F of both and its slope
+    /// here is least; infinite where F falls ever faster. `None` where arcs differ, or F does not
+    /// fall towards `other`.
     #[must_use]
     pub fn least(&self, other: &Self) -> Option<f64> {
         let slope = self.r.dot(&(&other.d - &self.d));
@@ -60,8 +60,8 @@ mod tests {
     use identification::joint::Message;
     use nalgebra::DMatrix;
 
-    /// An arc at `share` of the way from the priors to one prior standard deviation of all, of which F
-    /// is `height` there and has its minimum at `least`, where the arc's information is 3.
+    /// An arc at `share` of the way from the priors to one prior standard deviation of all, of an
+    /// F whose minimum is at `least`; the arc's information is 3.
     fn point(share: f64, least: f64) -> CommonPoint {
         let parameters = Parameters::of_plant(&trial::plant("oscillator")).unwrap();
         let n = parameters.len();

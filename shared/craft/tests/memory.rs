@@ -24,8 +24,8 @@ fn blocks(duration_s: f64) -> u64 {
 
 #[test]
 fn a_pass_and_its_sensitivities_take_no_memory_after_their_start() {
-    // two events a control period, as the IMU stamps a time of its own; lists of the start that grow
-    // by doubling take a few blocks for each of some forty plants
+    // two events a control period, as the IMU stamps a time of its own; lists of the start that
+    // grow by doubling take a few blocks for each of some forty plants
     let (short, long, events) = (blocks(0.5), blocks(3.5), 2 * 300);
     let more = long.saturating_sub(short);
     assert!(short > 0 && 2 * more < events, "{short} blocks for 50 periods, {more} more for 300 more");

@@ -86,8 +86,8 @@ mod tests {
     }
 
     /// One arc where every parameter is `d` prior sigmas off, its objective a parabola of second
-    /// derivative `2 bend` with its minimum at `least`, its own information `bend_claimed`, the prior's
-    /// one in both.
+    /// derivative `2 bend` with its minimum at `least`, and the information of arc and prior
+    /// `claimed`.
     fn messages(parameters: &Parameters, d: f64, least: f64, [bend, claimed]: [f64; 2]) -> Vec<Vec<u8>> {
         let n = parameters.len();
         let mut sample = Information::zeroed_at(0);

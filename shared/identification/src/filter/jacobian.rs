@@ -184,8 +184,8 @@ impl Slopes {
 /// Terms of an exponential over a part of an interval: ωh = 1 leaves 1/9! = 3e-6.
 const TERMS: usize = 8;
 
-/// What a row c by a state says of another state h \[s\] earlier under the rates `a` (n × n): `c e^{A h}`
-/// in its place, and `c ∫₀ʰ e^{A s} ds` of rates held between.
+/// What a row c by a state says of the state `h` \[s\] before under the rates `a` (n × n):
+/// `c e^{A h}` in its place, and `c ∫₀ʰ e^{A s} ds` of rates held between.
 #[inline(always)]
 pub(super) fn carry_row(a: &[f64], h: f64, row: &mut [f64], held: &mut [f64], scratch: &mut [Vec<f64>; 2]) {
     let n = row.len();

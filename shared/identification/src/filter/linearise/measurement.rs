@@ -47,9 +47,9 @@ impl Scratch {
         }
     }
 
-    /// Rows by the slopes of `along`. Readings of instants off their stamps are carried there by the
-    /// same slopes, `e^{−A τ}` and `−∫ e^{−A s} B ds` of an instant τ behind; means are differences at the
-    /// states of their own ends, carried likewise.
+    /// Rows by the slopes of `along`. Readings of an instant τ behind their stamp are carried there
+    /// by the same slopes, `e^{−A τ}` and `−∫ e^{−A s} B ds`; means are differences at the states
+    /// of their own ends, carried likewise.
     pub fn measurement_along(
         &mut self,
         propagator: &mut Propagator<'_>,

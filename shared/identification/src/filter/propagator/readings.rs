@@ -139,7 +139,8 @@ impl Propagator<'_> {
         }
     }
 
-    /// Means between two states, which began at event `from` and end at event `k`, into the readings.
+    /// Means between two states, which began at event `from` and end at event `k`, into the
+    /// readings.
     pub fn means_between(
         &mut self,
         (k, from): (usize, usize),

@@ -75,8 +75,8 @@ impl Apart {
         self.begun[2].copy_from_slice(&self.b);
     }
 
-    /// D of the samples of event `k` that are apart; `d` has that of readings at the event, of columns
-    /// in their `order`.
+    /// D of the samples of event `k` that are apart; `d` has that of readings at the event, of
+    /// columns in their `order`.
     pub fn read(
         &mut self,
         (nominal, moved): (&mut Propagator<'_>, &mut [Moved<'_>]),
