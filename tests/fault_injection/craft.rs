@@ -5,6 +5,8 @@ use crate::PARTITIONS;
 use crate::ended::KILLED;
 use crate::world::World;
 
+/// Physics that the pendulum carries and its file does not state.
+const HIDDEN: [&str; 2] = ["--hide", "joint_coulomb@joint:pivot force=0.02"];
 const CRAFT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/craft/pendulum.toml");
 
 /// Kills everybody once with `point`, `first` frames behind the begin and so many apart.
@@ -58,4 +60,33 @@ fn a_keeper_that_is_given_up_is_a_missing_message_and_the_posterior_is_wider() {
     // each is linearised about its own estimate, which changes sigmas by some per cent
     assert!(narrow.iter().zip(&wide).all(|(narrow, wide)| *wide > 0.95 * narrow), "{narrow:?} {wide:?}");
     assert!(narrow.iter().sum::<f64>() < wide.iter().sum::<f64>());
+}
+
+/// A model that is refused is diagnosed, augmented and tried again. The arcs are folded in frame
+/// 1480; a window of 40 frames later the question is heard, and so on: 1520, 1560, 1600.
+#[test]
+fn a_refused_model_ends_as_the_same_better_one_whoever_dies_on_the_way() {
+    let world = World::flying(CRAFT);
+    let undisturbed = world.lockstep(&HIDDEN);
+    let kills = [
+        ["diagnosis@900:checkpoint", "supervisor@1481:frame", "inertial-id@1561:frame"],
+        ["diagnosis@1520:publish", "supervisor@1561:publish", "slosh-id@1575:checkpoint"],
+    ];
+    for kills in kills {
+        let kills = kills.iter().flat_map(|kill| ["--kill", kill]);
+        let ended = world.run(&HIDDEN.into_iter().chain(kills).collect::<Vec<_>>());
+        assert_eq!(ended.digest(), undisturbed.digest(), "{ended}");
+        assert_eq!(ended.json["diagnosis"], undisturbed.json["diagnosis"], "{ended}");
+        assert_eq!(ended.deaths().len(), 3, "{ended}");
+    }
+}
+
+#[test]
+fn without_the_partition_that_diagnoses_a_refused_model_is_refused_with_its_reason() {
+    let world = World::flying(CRAFT);
+    let ended = world.run(&[&HIDDEN[..], &["--kill-always", "diagnosis@60"]].concat());
+    let verdict = &ended.json["verdict"];
+    assert_eq!(verdict["accepted"], false, "{ended}");
+    assert!(verdict["reason"].as_str().unwrap().starts_with("model refused"), "{ended}");
+    assert!(ended.json["diagnosis"].is_null(), "{ended}");
 }

@@ -53,12 +53,23 @@ fn a_craft_that_is_as_its_file_says_is_accepted_and_its_held_out_arc_is_predicte
 }
 
 #[test]
-fn hidden_physics_ends_with_a_refused_model_and_without_a_craft_nothing_can_be_hidden() {
+fn hidden_physics_is_named_from_an_arc_and_is_part_of_the_model_that_is_tried_next() {
     let hide = ["--hide", "joint_coulomb@joint:pivot force=0.02"];
     let run = |scenario: &str| ask(&[&["run", scenario, "--link", "lockstep", "--json"], &hide[..]].concat());
-    let verdict = run(&scenario()).result()["verdict"].clone();
-    assert_eq!(verdict["accepted"], false, "{verdict}");
-    assert!(verdict["reason"].as_str().unwrap().starts_with("model refused"), "{verdict}");
+    let found = run(&scenario()).result();
+    let diagnosis = &found["diagnosis"];
+    assert!(diagnosis["asked_by"].as_str().unwrap().starts_with("supervisor: model refused"), "{diagnosis}");
+    let first = &list(diagnosis, "effects")[0];
+    assert_eq!((&first["kind"], &first["site"]), (&"joint_coulomb".into(), &"joint:pivot".into()), "{diagnosis}");
+    assert!(diagnosis["t_detected_s"].as_f64().unwrap() > 0.0 && diagnosis["arc"].is_string(), "{diagnosis}");
+    assert_eq!(diagnosis["confirmed"], found["verdict"]["accepted"], "{found}");
+    let generations = list(&found, "generations");
+    let rows = |generation: &Value| list(generation, "parameters").to_vec();
+    assert_eq!(rows(generations.last().unwrap()).len(), rows(&generations[0]).len() + 1, "the friction is a parameter");
+    for row in rows(generations.last().unwrap()) {
+        // as of the complete craft above
+        assert!(number(&row, "z").abs() < 4.0, "{row}");
+    }
     run("deploy/scenarios/short.toml").refuses(&["--hide", "short.toml", "[craft]"]);
 }
 

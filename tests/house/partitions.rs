@@ -17,7 +17,9 @@ fn linked(package: &str) -> Vec<String> {
 
 #[test]
 fn a_partition_that_flies_links_no_reader_of_other_programs_files() {
-    for partition in ["sensor-sim", "gateway", "inertial-id", "slosh-id", "modal-id", "supervisor", "recorder"] {
+    for partition in
+        ["sensor-sim", "gateway", "inertial-id", "slosh-id", "modal-id", "supervisor", "recorder", "diagnosis"]
+    {
         let linked = linked(&format!("obsid-{partition}"));
         assert!(linked.iter().any(|name| name == "obsid-runtime"), "{partition}: {linked:?}");
         let wrong: Vec<_> = linked.iter().filter(|name| OF_THE_DESK.contains(&name.as_str())).collect();

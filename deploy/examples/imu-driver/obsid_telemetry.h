@@ -781,7 +781,7 @@ typedef struct obsid_joint_estimate {
     uint16_t count;
     /* [-] -: messages folded */
     uint16_t messages;
-    /* [-] -: 0 nothing; 1 messages of the next generation at theta; 2 the held-out arc, predicted at theta */
+    /* [-] -: 0 nothing; 1 messages of the next generation at theta; 2 the held-out arc, predicted at theta; 3 what the arc of the verdict misses */
     uint16_t asks;
     /* [-] -: as Information.parameter_hash */
     uint32_t parameter_hash;
@@ -824,5 +824,65 @@ OBSID_ASSERT(offsetof(obsid_joint_estimate, chi2_per_row) == 920, "JointEstimate
 OBSID_ASSERT(offsetof(obsid_joint_estimate, p_between) == 984, "JointEstimate.p_between: offset");
 OBSID_ASSERT(offsetof(obsid_joint_estimate, held_out_chi2_per_row) == 1368, "JointEstimate.held_out_chi2_per_row: offset");
 OBSID_ASSERT(offsetof(obsid_joint_estimate, held_out_p) == 1376, "JointEstimate.held_out_p: offset");
+
+/* Layout of Diagnosis. */
+#define OBSID_LAYOUT_DIAGNOSIS UINT32_C(0xbbdb5783)
+typedef struct obsid_diagnosis {
+    /* [-] -: header */
+    obsid_header header;
+    /* [-] -: frame it was made in */
+    uint64_t frame;
+    /* [-] -: number of the arc in the scenario, from 0 */
+    uint16_t arc;
+    /* [-] -: of the messages whose model was refused */
+    uint16_t generation;
+    /* [-] -: code of DiagnosisVerdict */
+    uint16_t verdict;
+    /* [-] -: effects in use */
+    uint16_t count;
+    /* [-] -: of the model that was refused, as Information.parameter_hash */
+    uint32_t parameter_hash;
+    /* [-] -: CRC-32 over the names of all effects in the order of the catalogue */
+    uint32_t catalogue_hash;
+    /* [-] -: number of the effect in the catalogue, from 0 */
+    uint16_t effect[8];
+    /* [-] -: number of its site among those of the craft that it fits, from 0 */
+    uint16_t site[8];
+    /* [-] -: 0: it is missing; else it could replace the effect of this number, from 1 */
+    uint16_t stands_in_for[8];
+    /* [-] -: that it is the missing one of its set */
+    double probability[8];
+    /* [sigma] -: root of the gain in -2 ln p; 0 of one that stands in */
+    double significance[8];
+    /* [of the parameter] -: parameters in the order of the catalogue; NaN: not estimated */
+    double value[64];
+    /* [of the parameter] -: their standard deviations; NaN: not estimated */
+    double sigma[64];
+    /* [of the parameter] -: parameters of the refused model, beside what is missing; 0 behind them */
+    double theta[48];
+    /* [-] -: CRC-32 (IEEE) over arc to theta */
+    uint32_t crc32;
+    /* [-] -: 0 */
+    uint32_t reserved;
+} obsid_diagnosis;
+OBSID_ASSERT(sizeof(obsid_diagnosis) == 1640, "Diagnosis: size");
+OBSID_ASSERT(offsetof(obsid_diagnosis, header) == 0, "Diagnosis.header: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, frame) == 24, "Diagnosis.frame: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, arc) == 32, "Diagnosis.arc: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, generation) == 34, "Diagnosis.generation: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, verdict) == 36, "Diagnosis.verdict: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, count) == 38, "Diagnosis.count: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, parameter_hash) == 40, "Diagnosis.parameter_hash: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, catalogue_hash) == 44, "Diagnosis.catalogue_hash: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, effect) == 48, "Diagnosis.effect: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, site) == 64, "Diagnosis.site: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, stands_in_for) == 80, "Diagnosis.stands_in_for: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, probability) == 96, "Diagnosis.probability: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, significance) == 160, "Diagnosis.significance: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, value) == 224, "Diagnosis.value: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, sigma) == 736, "Diagnosis.sigma: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, theta) == 1248, "Diagnosis.theta: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, crc32) == 1632, "Diagnosis.crc32: offset");
+OBSID_ASSERT(offsetof(obsid_diagnosis, reserved) == 1636, "Diagnosis.reserved: offset");
 
 #endif

@@ -3,6 +3,7 @@
 mod arm;
 mod generations;
 mod losses;
+mod missing;
 mod remarks;
 
 use crate::scenario_run::{Finished, LinkKind, ScenarioRun};

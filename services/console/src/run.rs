@@ -2,7 +2,7 @@
 
 use crate::launch;
 use crate::outcome::Outcome;
-use crate::partition::PARTITIONS;
+use crate::partition;
 use crate::scenario_run::{LinkKind, ScenarioRun};
 use crate::scratch::{ResultsFile, Scratch};
 use crate::{Failure, feed_counts, hidden, limits_file, preflight, scenario_file, table, trace_file};
@@ -206,7 +206,7 @@ fn trace_folder(common: &Common, scratch: &Scratch) -> Result<Option<PathBuf>, F
 /// # Errors
 /// When the table of limits cannot be used.
 pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> Result<ScenarioRun, Failure> {
-    let partitions: Vec<PartitionId> = PARTITIONS.iter().map(|(id, _)| *id).collect();
+    let partitions = partition::of_run(opened.scenario.craft.is_some());
     let table = limits_file::read(common.partitions.as_deref(), &partitions)?;
     let mut limits = table;
     limits.stall_s = common.stall_s.unwrap_or(limits.stall_s);

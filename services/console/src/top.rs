@@ -4,7 +4,6 @@
 //! It reads what the run leaves in its folder and what the kernel says of its processes. It joins
 //! no shared memory, so that it cannot disturb what it looks at.
 
-use crate::partition::PARTITIONS;
 use crate::{Failure, interrupt};
 use runtime::rundir::{self, RunDir};
 use runtime::statistics::{LifeFigures, latest};
@@ -122,7 +121,8 @@ impl Look {
         let log = read(dir.log()).unwrap_or_default();
         let reports: Vec<Report> = log.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
         let mut partitions: BTreeMap<&'static str, Seen> = BTreeMap::new();
-        for (id, _) in PARTITIONS {
+        let of_run = dir.load().map_or_else(|_| crate::partition::of_run(false), |run| run.partitions);
+        for id in &of_run {
             let mut seen = Seen { figures: latest(dir, *id), ..Seen::default() };
             for report in &reports {
                 if let Report::Spawn { partition, pid, epoch, .. } = report

@@ -10,19 +10,21 @@
 
 mod announcement;
 mod descent;
+mod diagnosis;
 mod stage;
 
 use craft::fold::{Folded, Predicted};
 use craft::message::{Received, received};
 use craft::parameters::{Parameters, ParametersError};
+use craft::refusal::unexplained;
 use descent::Descent;
 use plant_file::scenario::{ArcExperiment, CraftPlan, Scenario};
 use runtime::{Frame, Outputs, Partition, StateError};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
 use telemetry::{
-    ESTIMATE_JOINT, Experiment, Header, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH, Information,
-    JointVerdict, MODE, Mode, ModeState, PartitionId, Topic, TopicId,
+    DIAGNOSIS, ESTIMATE_JOINT, Experiment, Header, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH,
+    Information, JointVerdict, MODE, Mode, ModeState, PartitionId, Topic, TopicId,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
@@ -49,6 +51,7 @@ struct State {
     descent: Descent,
     /// Arcs whose keeper said that the plant cannot predict them.
     unpredictable: Vec<bool>,
+    diagnosed: diagnosis::Diagnosed,
 }
 
 /// The partition that flies one craft.
@@ -57,6 +60,8 @@ pub struct JointSupervisor {
     parameters: Parameters,
     durations: Vec<u64>,
     window: u64,
+    /// The run has a partition that says what a refused model lacks.
+    is_diagnosed: bool,
     state: State,
 }
 
@@ -65,7 +70,12 @@ impl JointSupervisor {
     ///
     /// # Errors
     /// See [`ParametersError`].
-    pub fn new(scenario: &Scenario, plan: &CraftPlan, window_frames: u64) -> Result<Self, ParametersError> {
+    pub fn new(
+        scenario: &Scenario,
+        plan: &CraftPlan,
+        window_frames: u64,
+        is_diagnosed: bool,
+    ) -> Result<Self, ParametersError> {
         let state = State {
             stage: Stage::Ready { arc: 0 },
             flown: vec![false; plan.arcs.len()],
@@ -73,12 +83,14 @@ impl JointSupervisor {
             messages: Vec::new(),
             descent: Descent::default(),
             unpredictable: vec![false; plan.arcs.len()],
+            diagnosed: diagnosis::Diagnosed::default(),
         };
         Ok(Self {
             parameters: Parameters::of(plan)?,
             durations: plan.arcs.iter().map(|arc| scenario.frames(arc.duration_s)).collect(),
             plan: plan.clone(),
             window: window_frames,
+            is_diagnosed,
             state,
         })
     }
@@ -173,14 +185,20 @@ impl JointSupervisor {
     /// Folds the messages of the lowest point, those of `generation` or of one before, and asks for
     /// what is needed next.
     fn fold(&mut self, generation: u16, frame: &Frame<'_>, out: &mut Outputs) {
+        self.state.diagnosed.newest = generation;
         self.state.descent.take(&self.parameters, generation, &self.state.messages);
         self.state.messages.clone_from(&self.state.descent.messages);
         let (lowest, heard) = (self.state.descent.generation, self.received());
         let Some(folded) = Folded::of(&self.parameters, &heard).filter(|_| !heard.is_empty()) else {
             return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
         };
+        let taken = self.steps_taken(generation);
+        if let Some(refused) = unexplained(&heard, taken, usize::from(GENERATIONS_MAX)) {
+            let verdict = (JointVerdict::ArcNotExplained, Some(refused.arc));
+            return self.refuse(lowest, verdict, &folded, None, frame, out);
+        }
         let is_near = folded.step_sigma.is_some_and(|step| step < STEP_SIGMA_ENOUGH);
-        let goes_on = generation == 0 || (!is_near && generation < GENERATIONS_MAX);
+        let goes_on = generation == 0 || (!is_near && taken < GENERATIONS_MAX);
         let until_frame = frame.number + WINDOWS_MAX * self.window;
         let predicts = (0..self.plan.arcs.len()).any(|arc| self.is_held_out(arc) && self.is_awaited(arc));
         if goes_on {
@@ -197,7 +215,7 @@ impl JointSupervisor {
                 (JointVerdict::NoHeldOut, _) if !is_near => (JointVerdict::NotConverged, None),
                 verdict => verdict,
             };
-            self.end(lowest, verdict, Some(&folded), None, frame, out);
+            self.refuse(lowest, verdict, &folded, None, frame, out);
         }
     }
 
@@ -209,7 +227,7 @@ impl JointSupervisor {
             return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
         };
         let predicted = held_out.first().and_then(|one| folded.predicts(&self.parameters, one));
-        self.end(generation, folded.verdict(predicted), Some(&folded), predicted, frame, out);
+        self.refuse(generation, folded.verdict(predicted), &folded, predicted, frame, out);
     }
 
     fn announce(&self, generation: u16, folded: &Folded, asks: u16, frame: &Frame<'_>, out: &mut Outputs) {
@@ -241,7 +259,7 @@ impl Partition for JointSupervisor {
     }
 
     fn inputs(&self) -> &'static [TopicId] {
-        &[INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id]
+        &[INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id, DIAGNOSIS.id]
     }
 
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
@@ -249,6 +267,7 @@ impl Partition for JointSupervisor {
             if let Some(domain) = crate::domain_of(lost) {
                 self.state.lost[usize::from(domain.code())] = true;
             }
+            self.state.diagnosed.lost |= lost == PartitionId::Diagnosis;
         }
         self.hear(frame);
         let over = |until_frame: u64| frame.number >= until_frame;
@@ -271,6 +290,7 @@ impl Partition for JointSupervisor {
                     self.judge(generation, fitted, frame, out);
                 }
             }
+            Stage::Diagnosing { until_frame } => self.hear_diagnosis(over(until_frame), frame, out),
             Stage::Ended => {}
         }
     }
@@ -281,6 +301,7 @@ impl Partition for JointSupervisor {
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
         self.state = runtime::restore_state(state)?;
+        self.take_up_diagnosis();
         Ok(())
     }
 }

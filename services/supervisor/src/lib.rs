@@ -105,7 +105,8 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::Supervisor))?;
     if let Some(craft) = &scenario.craft {
-        let joint = joint::JointSupervisor::new(&scenario, craft, run.window_frames);
+        let is_diagnosed = run.partitions.contains(&PartitionId::Diagnosis);
+        let joint = joint::JointSupervisor::new(&scenario, craft, run.window_frames, is_diagnosed);
         return Ok(Box::new(joint.map_err(ConnectError::of(PartitionId::Supervisor))?));
     }
     let mission = Mission::new(run, &scenario).map_err(ConnectError::of(PartitionId::Supervisor))?;
@@ -270,7 +271,7 @@ const fn domain_of(partition: PartitionId) -> Option<Domain> {
         PartitionId::InertialId => Some(Domain::Inertial),
         PartitionId::SloshId => Some(Domain::Slosh),
         PartitionId::ModalId => Some(Domain::Modal),
-        PartitionId::SensorSim | PartitionId::Supervisor | PartitionId::Recorder => None,
+        PartitionId::SensorSim | PartitionId::Supervisor | PartitionId::Recorder | PartitionId::Diagnosis => None,
     }
 }
 

@@ -45,7 +45,7 @@ pub struct Predicted {
 }
 
 /// How often a true model is rejected in a whole run, over all its tests.
-const FALSE_REFUSALS: f64 = 1e-3;
+pub(crate) const FALSE_REFUSALS: f64 = 1e-3;
 
 /// What priors and messages say together: `Λ = 1 + Σ N` about the messages' own points of
 /// linearisation, in the order of the arcs whatever the order of arrival. `None` where the sum is
@@ -114,7 +114,10 @@ impl Folded {
         let level = FALSE_REFUSALS / tests.max(1) as f64;
         let least = |arc: &ArcTest| arc.p_between.iter().flatten().copied().fold(1.0, f64::min);
         let off = |p: &dyn Fn(&ArcTest) -> f64| {
-            let worst = self.arcs.iter().min_by(|a, b| p(a).total_cmp(&p(b)));
+            // of arcs that are both impossible, the one that is further off
+            let order =
+                |a: &&ArcTest, b: &&ArcTest| p(a).total_cmp(&p(b)).then(b.chi2_per_row.total_cmp(&a.chi2_per_row));
+            let worst = self.arcs.iter().min_by(order);
             worst.filter(|arc| p(arc) < level).map(|arc| arc.arc)
         };
         if self.arcs.is_empty() {

@@ -7,51 +7,20 @@
 
 use crate::fold::fold;
 use crate::message::{Received, Tag, received, sample};
+use crate::missing::answer;
 use crate::parameters::{Parameters, ParametersError};
 use crate::places::Places;
-use crate::rows::RowShape;
-use dynamics::description::Plant;
+use crate::store::Store;
 use identification::joint::{Arc, JointError, Message, Vehicle};
 use identification::problem::Problem;
 use identification::work::Work;
 use plant_file::scenario::CraftPlan;
-use runtime::experiment::{ExperimentWindow, Step};
 use runtime::{Frame, Outputs, Partition, StateError};
-use serde::{Deserialize, Serialize};
 use telemetry::{
-    CRAFT, Domain, ESTIMATE_JOINT, Experiment, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH, Information,
-    PartitionId, Topic, TopicId,
+    CRAFT, DIAGNOSIS, Diagnosis, Domain, ESTIMATE_JOINT, Experiment, INFORMATION_INERTIAL, INFORMATION_MODAL,
+    INFORMATION_SLOSH, Information, PartitionId, Topic, TopicId,
 };
 use zerocopy::{FromBytes, IntoBytes};
-
-/// An arc of this partition, as the scenario states it.
-struct OwnArc {
-    number: usize,
-    name: String,
-    plant: Plant,
-    shape: RowShape,
-    experiment: Experiment,
-}
-
-/// What is kept of an arc.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Kept {
-    /// Its rows, in the bytes of all.
-    begin: usize,
-    end: usize,
-    /// Every frame of it was seen.
-    whole: bool,
-    /// Values of the unknowns that it alone has, once they were estimated.
-    own: Vec<f64>,
-}
-
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct State {
-    window: ExperimentWindow,
-    kept: Vec<Kept>,
-    /// The first messages of all arcs, as they travel.
-    heard: Vec<Vec<u8>>,
-}
 
 /// Work that a frame leaves.
 struct Due {
@@ -71,11 +40,13 @@ enum What {
 pub struct Keeper {
     id: PartitionId,
     parameters: Parameters,
-    arcs: Vec<OwnArc>,
-    experiments: Vec<Experiment>,
-    state: State,
-    /// Rows of all arcs, one behind the other.
-    rows: Vec<u8>,
+    store: Store,
+    /// Per arc, values of the unknowns that it alone has, once they were estimated.
+    own: Vec<Vec<f64>>,
+    /// The first messages of all arcs, as they travel.
+    heard: Vec<Vec<u8>>,
+    /// The answer whose effects the plants carry by now, as it travelled; empty before.
+    answer: Vec<u8>,
     due: Option<Due>,
 }
 
@@ -89,17 +60,9 @@ impl Keeper {
     /// See [`ParametersError`].
     pub fn new(id: PartitionId, domain: Domain, craft: &CraftPlan) -> Result<Self, ParametersError> {
         let parameters = Parameters::of(craft)?;
-        let mut arcs = Vec::new();
-        let mut bytes = 0;
-        for (number, arc) in craft.arcs.iter().enumerate().filter(|(_, arc)| arc.experiment.owner() == domain) {
-            let plant = craft.known(arc)?;
-            let shape = RowShape::of(&plant);
-            bytes += (arc.duration_s / plant.simulation.period_s).ceil() as usize * shape.bytes();
-            arcs.push(OwnArc { number, name: arc.name.clone(), plant, shape, experiment: arc.experiment.code() });
-        }
-        let state = State { kept: vec![Kept::default(); arcs.len()], ..State::default() };
-        let experiments = arcs.iter().map(|arc| arc.experiment).collect();
-        Ok(Self { id, parameters, arcs, experiments, state, rows: Vec::with_capacity(bytes), due: None })
+        let store = Store::new(craft, |arc| arc.experiment.owner() == domain)?;
+        let own = vec![Vec::new(); store.arcs.len()];
+        Ok(Self { id, parameters, store, own, heard: Vec::new(), answer: Vec::new(), due: None })
     }
 
     /// The first messages of other arcs are what this one begins with.
@@ -108,33 +71,22 @@ impl Keeper {
         for topic in INFORMATION.iter().filter(|topic| inputs.contains(&topic.id)) {
             for message in frame.samples(*topic) {
                 if message.generation == 0 && received(message, &self.parameters).is_ok() {
-                    self.state.heard.push(message.as_bytes().to_vec());
+                    self.heard.push(message.as_bytes().to_vec());
                 }
             }
         }
     }
 
-    /// The arc that is flown: experiments are counted from 1, arcs from 0.
-    fn flown(&self) -> Option<usize> {
-        let number = self.state.window.generation.checked_sub(1)? as usize;
-        self.arcs.iter().position(|arc| arc.number == number)
-    }
-
-    fn begin(&mut self) {
-        let Some(arc) = self.flown() else { return };
-        let at = self.rows.len();
-        self.state.kept[arc] = Kept { begin: at, end: at, ..Kept::default() };
-    }
-
-    fn take(&mut self, frame: &Frame<'_>) {
-        let Some(arc) = self.flown() else { return };
-        for row in frame.samples(CRAFT) {
-            // rows of another arc lie behind their own end
-            if self.state.kept[arc].end == self.rows.len() && self.rows.len() < self.rows.capacity() {
-                self.arcs[arc].shape.append(row, &mut self.rows);
-                self.state.kept[arc].end = self.rows.len();
-            }
-        }
+    /// Takes what is missing into the plants of all arcs: from then on messages speak of the
+    /// parameters of that model.
+    fn augment(&mut self, said: &Diagnosis) -> Option<()> {
+        let found = answer(said, &self.store.arcs.first()?.plant, &self.parameters).ok()?;
+        let augmented = self.store.arcs.iter().map(|arc| found.augmented(&arc.plant));
+        let augmented = augmented.collect::<Option<Vec<_>>>()?;
+        self.parameters = Parameters::of_plant(augmented.first()?).ok()?;
+        self.store.arcs.iter_mut().zip(augmented).for_each(|(arc, plant)| arc.plant = plant);
+        self.answer = said.as_bytes().to_vec();
+        Some(())
     }
 
     /// What was announced and asked for.
@@ -150,9 +102,8 @@ impl Keeper {
 
     /// The likelihood of an arc, as one vehicle of one arc.
     fn of_arc<T>(&self, arc: usize, use_it: impl FnOnce(&Vehicle<'_>) -> Result<T, JointError>) -> Option<T> {
-        let own = &self.arcs[arc];
-        let kept = &self.state.kept[arc];
-        let recording = own.shape.recording(&own.name, &own.plant, self.rows.get(kept.begin..kept.end)?);
+        let own = &self.store.arcs[arc];
+        let recording = self.store.recording(arc)?;
         let problem = Problem::new(&own.plant, &[recording], &[]).ok()?;
         let arcs = [Arc { name: own.name.clone(), problem }];
         let work = std::sync::Arc::new(Work::of(f64::INFINITY));
@@ -162,7 +113,7 @@ impl Keeper {
 
     /// Hears an arc from the fold of what is known; its message where it ended.
     fn heard(&mut self, arc: usize) -> Option<(Message, Vec<f64>)> {
-        let earlier = self.state.heard.iter().filter_map(|bytes| Information::read_from_bytes(bytes).ok());
+        let earlier = self.heard.iter().filter_map(|bytes| Information::read_from_bytes(bytes).ok());
         let earlier: Vec<Received> = earlier.filter_map(|one| received(&one, &self.parameters).ok()).collect();
         let known = fold(&self.parameters, &earlier)?;
         let start = self.parameters.values(&known.mean);
@@ -172,13 +123,13 @@ impl Keeper {
             let (theta, message) = vehicle.hear(0, &places.widened(&known), theta)?;
             places.reduced(vehicle, theta, &message)
         })?;
-        self.state.kept[arc].own = step;
+        self.own[arc] = step;
         Some((message, theta))
     }
 
     /// What a whole arc says at `theta`.
     fn answered(&mut self, arc: usize, theta: &[f64], held_out: bool) -> Option<Message> {
-        let own = self.state.kept[arc].own.clone();
+        let own = self.own[arc].clone();
         let (_, message, own) = self.of_arc(arc, |vehicle| {
             let places = Places::of(vehicle);
             let mut at = places.joined(vehicle, theta, &own);
@@ -188,7 +139,7 @@ impl Keeper {
             let message = vehicle.message(0, &at)?;
             places.reduced(vehicle, at, &message)
         })?;
-        self.state.kept[arc].own = own;
+        self.own[arc] = own;
         Some(message)
     }
 
@@ -211,32 +162,25 @@ impl Partition for Keeper {
 
     fn inputs(&self) -> &'static [TopicId] {
         match self.id {
-            PartitionId::SloshId => &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id],
-            PartitionId::ModalId => &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, ESTIMATE_JOINT.id],
-            _ => &[CRAFT.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id],
+            PartitionId::SloshId => {
+                &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id, DIAGNOSIS.id]
+            }
+            PartitionId::ModalId => {
+                &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, ESTIMATE_JOINT.id, DIAGNOSIS.id]
+            }
+            _ => &[CRAFT.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id, DIAGNOSIS.id],
         }
     }
 
     fn frame(&mut self, frame: &Frame<'_>, _out: &mut Outputs) {
         self.hear_others(frame);
+        for said in frame.samples(DIAGNOSIS) {
+            self.augment(said);
+        }
         let mut what = self.asked(frame);
-        match self.state.window.step(frame, &self.experiments) {
-            Step::Idle => {}
-            Step::Abort => {
-                self.state.kept.iter_mut().filter(|kept| !kept.whole).for_each(|kept| *kept = Kept::default())
-            }
-            Step::Begin => {
-                self.begin();
-                self.take(frame);
-            }
-            Step::Go => self.take(frame),
-            Step::Close => {
-                if let Some(arc) = self.flown() {
-                    self.state.kept[arc].whole = true;
-                    let fitted = self.arcs[arc].experiment != Experiment::HeldOut;
-                    what = fitted.then_some(What::Hear(arc)).or(what);
-                }
-            }
+        if let Some(arc) = self.store.take(frame) {
+            let fitted = self.store.arcs[arc].experiment != Experiment::HeldOut;
+            what = fitted.then_some(What::Hear(arc)).or(what);
         }
         self.due = what.map(|what| Due { frame: frame.number, t_ns: frame.t_ns, what });
     }
@@ -250,23 +194,23 @@ impl Partition for Keeper {
         let Some(due) = self.due.take() else { return };
         match &due.what {
             What::Hear(arc) => {
-                let tag = Tag { arc: self.arcs[*arc].number, generation: 0, held_out: false };
+                let tag = Tag { arc: self.store.arcs[*arc].number, generation: 0, held_out: false };
                 let found = self.heard(*arc);
                 let (message, theta) = found.as_ref().map_or((None, &[][..]), |(m, theta)| (Some(m), theta));
                 let said = sample(message, &self.parameters, theta, tag);
                 if message.is_some() {
-                    self.state.heard.push(said.as_bytes().to_vec());
+                    self.heard.push(said.as_bytes().to_vec());
                 }
                 self.publish(said, &due, out);
             }
             What::Answer { theta, generation, held_out } => {
-                for arc in 0..self.arcs.len() {
-                    let is_held_out = self.arcs[arc].experiment == Experiment::HeldOut;
-                    if is_held_out != *held_out || !self.state.kept[arc].whole {
+                for arc in 0..self.store.arcs.len() {
+                    let is_held_out = self.store.arcs[arc].experiment == Experiment::HeldOut;
+                    if is_held_out != *held_out || !self.store.is_whole(arc) {
                         continue;
                     }
                     let message = self.answered(arc, theta, *held_out);
-                    let tag = Tag { arc: self.arcs[arc].number, generation: *generation, held_out: *held_out };
+                    let tag = Tag { arc: self.store.arcs[arc].number, generation: *generation, held_out: *held_out };
                     self.publish(sample(message.as_ref(), &self.parameters, theta, tag), &due, out);
                 }
             }
@@ -274,20 +218,23 @@ impl Partition for Keeper {
     }
 
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
-        runtime::save_state(&self.state, state)
+        runtime::save_state(&(&self.store.state, &self.own, &self.heard, &self.answer), state)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
-        self.state = runtime::restore_state(state)?;
+        let answer: Vec<u8>;
+        (self.store.state, self.own, self.heard, answer) = runtime::restore_state(state)?;
+        if let Ok(said) = Diagnosis::read_from_bytes(&answer) {
+            self.augment(&said);
+        }
         Ok(())
     }
 
     fn journal(&self) -> &[u8] {
-        &self.rows
+        self.store.journal()
     }
 
     fn take_journal(&mut self, journal: &[u8]) {
-        self.rows.clear();
-        self.rows.extend_from_slice(journal);
+        self.store.take_journal(journal);
     }
 }

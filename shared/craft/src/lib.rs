@@ -9,6 +9,9 @@
 //! | `message` | a message as a telemetry sample, and back |
 //! | `fold` | the posterior of messages, and how each tests the others |
 //! | `places` | shared unknowns and those of one arc alone |
+//! | `refusal` | an arc that no parameters explain, whatever steps are to come |
+//! | `missing` | physics that an arc misses, as a sample and as part of a plant |
+//! | `store` | the rows of arcs, kept from frame to frame |
 //! | `keeper` | the partition that keeps an arc |
 //!
 //! An arc that is lost is a message that is missing: the posterior is wider and as honest.
@@ -45,9 +48,12 @@
 pub mod fold;
 pub mod keeper;
 pub mod message;
+pub mod missing;
 pub mod parameters;
 mod places;
 pub mod point;
+pub mod refusal;
 pub mod rows;
+pub mod store;
 #[cfg(test)]
 mod trial;

@@ -86,6 +86,9 @@ pub struct Options {
     /// Fits, and how much of a recording is taken, are those of a limit of this at least: a search
     /// may be bounded to nothing, what it starts from may not.
     pub fit_work_min: f64,
+    /// The plant lacks something, and its values are where a fit of it has ended: the nominal fit
+    /// begins there, and one that does not end is a start all the same.
+    pub is_refused: bool,
     /// Share of the signal below which what the plant misses in free run is not worth a law; of a
     /// decision by evidence.
     pub worth: f64,
@@ -104,6 +107,7 @@ impl Default for Options {
             repeat: None,
             work_max: NORMAL_WORK,
             fit_work_min: QUICK_WORK,
+            is_refused: false,
             worth: 0.0,
             watch: Watch::default(),
         }
@@ -207,7 +211,7 @@ fn run(
     if session.work.is_stopped() {
         return Err(INTERRUPTED_EARLY.to_owned());
     }
-    let stated = nominal(&session)?;
+    let stated = nominal(&session, options)?;
     if session.work.is_stopped() {
         return Err(INTERRUPTED_EARLY.to_owned());
     }

@@ -77,7 +77,7 @@ fn run(
     if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
     }
-    let stated = nominal(&session)?;
+    let stated = nominal(&session, options)?;
     outline.begin(Phase::Noise);
     let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
     outline.begin(Phase::Compare);

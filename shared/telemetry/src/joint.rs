@@ -68,7 +68,7 @@ record! {
         generation: u16, "-", "-", "of the messages that were folded";
         count: u16, "-", "-", "parameters in use";
         messages: u16, "-", "-", "messages folded";
-        asks: u16, "-", "-", "0 nothing; 1 messages of the next generation at theta; 2 the held-out arc, predicted at theta";
+        asks: u16, "-", "-", "0 nothing; 1 messages of the next generation at theta; 2 the held-out arc, predicted at theta; 3 what the arc of the verdict misses";
         parameter_hash: u32, "-", "-", "as Information.parameter_hash";
         verdict: u16, "-", "-", "code of JointVerdict";
         verdict_arc: u16, "-", "-", "arc that the verdict speaks of; 65535 for none";

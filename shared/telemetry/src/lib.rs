@@ -29,6 +29,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod diagnosis;
 mod header;
 mod icd;
 mod joint;
@@ -37,15 +38,16 @@ mod names;
 mod records;
 mod topics;
 
+pub use diagnosis::*;
 pub use header::{Header, Stamps, crc32};
 pub use icd::FieldInfo;
 pub use joint::*;
 pub use layout::{Layout, Record, layout_hash};
 pub use names::{
-    CODE_LISTS, CodeList, Domain, DoubtBasis, EventCode, Experiment, Identifiability, InertiaAgreement, InertialStatus,
-    JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId, Phase, Reason, SloshStatus,
-    TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text,
-    target_status_text,
+    CODE_LISTS, CodeList, DiagnosisVerdict, Domain, DoubtBasis, EventCode, Experiment, Identifiability,
+    InertiaAgreement, InertialStatus, JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId,
+    Phase, Reason, SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters,
+    status_text, target_status_text,
 };
 pub use records::*;
 pub use topics::*;

@@ -50,6 +50,8 @@ coded! {
         ModalId = 3 "modal-id",
         Supervisor = 4 "supervisor",
         Recorder = 5 "recorder",
+        /// Lowest priority: says which physics a refused model lacks.
+        Diagnosis = 6 "diagnosis",
     }
 }
 
@@ -239,6 +241,22 @@ coded! {
 }
 
 coded! {
+    /// What an arc says of the physics that a refused model lacks.
+    DiagnosisVerdict {
+        CannotDecide = 0 "the arc does not decide what is missing",
+        Nothing = 1 "the arc misses nothing",
+        Named = 2 "effects are missing",
+        NotSeparable = 3 "effects are missing that others could replace",
+        NotInCatalogue = 4 "a law is missing that the catalogue does not hold",
+        NoiseModel = 5 "the noise is not as stated",
+        ParameterConflict = 6 "a parameter is beyond its prior",
+        InputTiming = 7 "inputs act at other times than their stamps say",
+        Sensor = 8 "sensors have errors that are not modelled",
+        Unobservable = 9 "no effect of usual size would show",
+    }
+}
+
+coded! {
     /// What an event speaks of.
     EventCode {
         Started = 1 "started",
@@ -278,7 +296,7 @@ impl Reason {
 }
 
 /// Every list of codes, as the interface control document shows them.
-pub const CODE_LISTS: [CodeList; 15] = [
+pub const CODE_LISTS: [CodeList; 16] = [
     PartitionId::LIST,
     ModeState::LIST,
     Experiment::LIST,
@@ -294,6 +312,7 @@ pub const CODE_LISTS: [CodeList; 15] = [
     EventCode::LIST,
     ParameterBlock::LIST,
     JointVerdict::LIST,
+    DiagnosisVerdict::LIST,
 ];
 
 /// Continues a hash over every list of codes and the names of all parameters.
@@ -420,8 +439,9 @@ pub const fn parameters(domain: Domain) -> &'static [Parameter] {
 #[cfg(test)]
 mod tests {
     use super::{
-        Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement, InertialStatus, JointVerdict, ModalStatus,
-        ModeState, ParameterBlock, PartitionId, Phase, Reason, SloshStatus, parameters, status_text,
+        DiagnosisVerdict, Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement, InertialStatus,
+        JointVerdict, ModalStatus, ModeState, ParameterBlock, PartitionId, Phase, Reason, SloshStatus, parameters,
+        status_text,
     };
     use crate::PARAMETERS_MAX;
 
@@ -441,7 +461,15 @@ mod tests {
     #[test]
     fn every_code_stands_for_one_name_and_an_unknown_code_for_none() {
         check_codes!(PartitionId, ModeState, Experiment, Domain, Phase, Reason, Identifiability, InertiaAgreement);
-        check_codes!(DoubtBasis, InertialStatus, SloshStatus, ModalStatus, ParameterBlock, JointVerdict);
+        check_codes!(
+            DoubtBasis,
+            InertialStatus,
+            SloshStatus,
+            ModalStatus,
+            ParameterBlock,
+            JointVerdict,
+            DiagnosisVerdict
+        );
     }
 
     #[test]

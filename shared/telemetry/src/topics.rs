@@ -4,6 +4,7 @@
 //! keeps `window x samples per frame <= depth / 2`, which the runtime checks at start (architecture
 //! D5: `deploy/guide/architecture.md`).
 
+use crate::diagnosis::Diagnosis;
 use crate::joint::{CraftRow, Information, JointEstimate};
 use crate::records::*;
 use crate::{FieldInfo, Header, Layout, Record};
@@ -181,6 +182,7 @@ impl_sample!(
     CraftRow,
     Information,
     JointEstimate,
+    Diagnosis,
     Mode,
     Command,
     Housekeeping,
@@ -205,11 +207,12 @@ samples! {
     ESTIMATE_INERTIAL_TORQUE "estimate/inertial-torque": InertialEstimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "recorder";
     ESTIMATE_TARGET "estimate/target": TargetEstimate x 16, 0 a frame, Feedback, "at the end of an experiment after capture", "inertial-id" => "recorder";
     COMPARISON_INERTIA "comparison/inertia": InertiaComparison x 16, 0 a frame, Feedback, "at the end of the second of two experiments", "supervisor" => "recorder";
-    CRAFT "craft": CraftRow x 256, 1 a frame, Source, "one a control period", "sensor-sim" => "inertial-id slosh-id modal-id recorder";
-    INFORMATION_INERTIAL "information/inertial": Information x 16, 0 a frame, Feedback, "one an arc and generation", "inertial-id" => "slosh-id modal-id supervisor recorder";
-    INFORMATION_SLOSH "information/slosh": Information x 16, 0 a frame, Feedback, "one an arc and generation", "slosh-id" => "inertial-id modal-id supervisor recorder";
-    INFORMATION_MODAL "information/modal": Information x 16, 0 a frame, Feedback, "one an arc and generation", "modal-id" => "inertial-id slosh-id supervisor recorder";
-    ESTIMATE_JOINT "estimate/joint": JointEstimate x 16, 0 a frame, Feedback, "one a generation", "supervisor" => "inertial-id slosh-id modal-id recorder";
+    CRAFT "craft": CraftRow x 256, 1 a frame, Source, "one a control period", "sensor-sim" => "inertial-id slosh-id modal-id diagnosis recorder";
+    INFORMATION_INERTIAL "information/inertial": Information x 16, 0 a frame, Feedback, "one an arc and generation", "inertial-id" => "slosh-id modal-id supervisor diagnosis recorder";
+    INFORMATION_SLOSH "information/slosh": Information x 16, 0 a frame, Feedback, "one an arc and generation", "slosh-id" => "inertial-id modal-id supervisor diagnosis recorder";
+    INFORMATION_MODAL "information/modal": Information x 16, 0 a frame, Feedback, "one an arc and generation", "modal-id" => "inertial-id slosh-id supervisor diagnosis recorder";
+    ESTIMATE_JOINT "estimate/joint": JointEstimate x 16, 0 a frame, Feedback, "one a generation", "supervisor" => "inertial-id slosh-id modal-id diagnosis recorder";
+    DIAGNOSIS "diagnosis": Diagnosis x 16, 0 a frame, Feedback, "when the supervisor asks", "diagnosis" => "inertial-id slosh-id modal-id supervisor recorder";
 }
 
 /// Index of the topic whose [`TopicInfo::name`] is `name`; `None` for a topic of another build.
@@ -304,7 +307,7 @@ mod tests {
         let results = TOPICS.iter().enumerate().filter(|(id, _)| is_result(*id)).map(|(_, info)| info.record);
         let estimates = ["InertialEstimate", "SloshEstimate", "ModalEstimate"];
         let others = ["Verdict", "Mode", "InertialEstimate", "TargetEstimate", "InertiaComparison"];
-        let joint = ["Information", "Information", "Information", "JointEstimate"];
+        let joint = ["Information", "Information", "Information", "JointEstimate", "Diagnosis"];
         assert!(results.eq(estimates.into_iter().chain(others).chain(joint)));
         assert!(is_result(MODE.id) && !is_result(TICK.id));
     }

@@ -2,6 +2,7 @@
 
 use crate::identify::base::{self, BaseRow};
 use crate::identify::status;
+use crate::outcome::missing::MissingOutcome;
 use crate::scenario_run::ScenarioRun;
 use craft::fold::fold;
 use craft::message::{Received, received};
@@ -76,6 +77,8 @@ pub struct JointOutcome {
     /// The arc that was predicted, mean square of its innovations, and how often a true model's are
     /// as far off.
     pub predicted: Option<(String, f64, f64)>,
+    /// What a refused model lacks, where the supervisor asked.
+    pub missing: Option<MissingOutcome>,
 }
 
 impl JointOutcome {
@@ -85,14 +88,26 @@ impl JointOutcome {
         let plan = run.scenario.craft.as_ref()?;
         let parameters = Parameters::of(plan).ok()?;
         let flown = sensor_sim::craft::flown(plan, plan.arcs.first()?, run.config.seed).ok()?;
-        let craft = Craft { plan, parameters: &parameters, flown: &flown, recorded };
-        let all: Vec<&JointEstimate> = recorded.of(ESTIMATE_JOINT).map(|(_, sample)| sample).collect();
+        let period_s = run.config.period_ns as f64 * 1e-9;
+        let missing = MissingOutcome::read(plan, &parameters, period_s, recorded);
+        let nominal = plan.known(plan.arcs.first()?).ok()?;
+        let craft = |one: &JointEstimate| {
+            let augmented = missing.as_ref().and_then(MissingOutcome::augmented);
+            let augmented = augmented.filter(|(_, parameters)| parameters.hash == one.parameter_hash);
+            let (known, parameters) =
+                augmented.map_or((&nominal, &parameters), |(plant, parameters)| (plant, parameters));
+            Craft { plan, parameters, known, flown: &flown, recorded }.generation(one)
+        };
+        // a point that is announced before any message of its model is no posterior
+        let is_posterior = |one: &&JointEstimate| one.messages > 0 || one.verdict != JointVerdict::Undecided.code();
+        let all: Vec<&JointEstimate> =
+            recorded.of(ESTIMATE_JOINT).map(|(_, sample)| sample).filter(is_posterior).collect();
         let last = all.last()?;
         // the last word of a generation stands
         let is_last =
             |(k, one): &(usize, &&JointEstimate)| all.get(k + 1).is_none_or(|next| next.generation != one.generation);
         let generations = all.iter().enumerate().filter(is_last);
-        let generations = generations.map(|(_, one)| craft.generation(one)).collect();
+        let generations = generations.map(|(_, one)| craft(one)).collect();
         let held_out = plan.arcs.iter().find(|arc| arc.experiment == ArcExperiment::HeldOut);
         let predicted = held_out.filter(|_| last.held_out_chi2_per_row.is_finite());
         Some(Self {
@@ -100,6 +115,7 @@ impl JointOutcome {
             verdict: JointVerdict::from_code(last.verdict).unwrap_or(JointVerdict::Undecided),
             verdict_arc: plan.arcs.get(usize::from(last.verdict_arc)).map(|arc| arc.name.clone()),
             predicted: predicted.map(|arc| (arc.name.clone(), last.held_out_chi2_per_row, last.held_out_p)),
+            missing,
         })
     }
 
@@ -124,12 +140,13 @@ impl JointOutcome {
 
     /// What `--json` shows of it, by key.
     #[must_use]
-    pub fn json(&self) -> [(&'static str, Value); 4] {
+    pub fn json(&self) -> [(&'static str, Value); 5] {
         let predicted = self.predicted.iter().map(|(arc, chi2, p)| json!({ "arc": arc, "chi2_per_row": chi2, "p": p }));
         [
             ("generations", self.generations.iter().map(Generation::json).collect()),
             ("joint_bound_ratio", json!(self.bound_ratio())),
             ("predicted", predicted.collect()),
+            ("diagnosis", json!(self.missing.as_ref().map(MissingOutcome::json))),
             (
                 "verdict",
                 json!({ "accepted": self.verdict == JointVerdict::Accepted, "reason": self.words(), "arc": self.verdict_arc }),
@@ -159,6 +176,8 @@ impl Generation {
 struct Craft<'a> {
     plan: &'a CraftPlan,
     parameters: &'a Parameters,
+    /// What is known of the craft, with what was found to be missing.
+    known: &'a Plant,
     flown: &'a Plant,
     recorded: &'a RecordedRun,
 }
@@ -212,10 +231,9 @@ impl Craft<'_> {
         let heard: Vec<Received> =
             messages.filter(of_generation).filter_map(|one| received(one, self.parameters).ok()).collect();
         let knowledge = fold(self.parameters, &heard)?;
-        let known = self.plan.known(self.plan.arcs.first()?).ok()?;
         let unknowns = &self.parameters.unknowns;
         let values = |theta: &[f64]| {
-            let mut plant = known.clone();
+            let mut plant = self.known.clone();
             for (unknown, value) in unknowns.iter().zip(theta) {
                 // names are the plant's own
                 let _ = plant.set_parameter(&unknown.name, *value);

@@ -38,4 +38,7 @@ pub fn write(found: &JointOutcome, text: &mut String) {
     let ratio = found.bound_ratio().map_or(String::new(), |ratio| format!("; error over sigma {ratio:.2} rms"));
     let generations = found.generations.len();
     let _ = writeln!(text, "{} after {generations} generations{ratio}", found.words());
+    if let Some(missing) = &found.missing {
+        let _ = writeln!(text, "{}", missing.words());
+    }
 }

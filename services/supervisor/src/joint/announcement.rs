@@ -9,6 +9,8 @@ use telemetry::{ARCS_MAX, BLOCKS, JointEstimate, JointVerdict, Sample};
 pub const NEXT_GENERATION: u16 = 1;
 /// `JointEstimate::asks`: the held-out arc, predicted.
 pub const HELD_OUT: u16 = 2;
+/// `JointEstimate::asks`: what the arc of the verdict misses.
+pub const WHAT_IS_MISSING: u16 = 3;
 /// `JointEstimate::verdict_arc`: none.
 const NO_ARC: u16 = u16::MAX;
 

@@ -26,6 +26,10 @@ pub enum Stage {
         until_frame: u64,
         fitted: usize,
     },
+    /// What the refused model lacks.
+    Diagnosing {
+        until_frame: u64,
+    },
     Ended,
 }
 
@@ -36,7 +40,7 @@ impl Stage {
             Self::Ready { .. } | Self::Flying { .. } => (0, false),
             Self::Folding { generation, .. } => (generation, false),
             Self::Predicting { generation, .. } => (generation, true),
-            Self::Ended => (u16::MAX, false),
+            Self::Diagnosing { .. } | Self::Ended => (u16::MAX, false),
         }
     }
 }

@@ -6,7 +6,7 @@
 //! beginning is diagnosed that it pays for, and the report says so.
 
 use super::{Diagnosis, Options};
-use identification::fit::{EstimationSession, Fit, fit_by_continuation};
+use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
 use identification::problem::Problem;
 use identification::work::{LIMIT_NOTE, Work};
 use std::sync::Arc;
@@ -92,11 +92,17 @@ pub(crate) fn within_limit(problem: &Problem, options: &Options, each: &mut Deci
 /// The nominal plant under its stated noise.
 ///
 /// # Errors
-/// The plant cannot predict the recording, or the fit did not end within its share of the work.
-pub(crate) fn nominal(session: &EstimationSession<'_>) -> Result<Fit, String> {
+/// The plant cannot predict the recording, or the fit did not end within its share of the work and
+/// nothing else says that the plant lacks something.
+pub(crate) fn nominal(session: &EstimationSession<'_>, options: &Options) -> Result<Fit, String> {
     let own = EstimationSession { work: Work::part(&session.work, NOMINAL_SHARE), ..session.clone() };
-    let fit = fit_by_continuation(&own, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
-    let is_cut = !fit.converged && own.work.note().is_some();
+    let found = if options.is_refused {
+        fit(&own, &own.problem.plant, &own.prior(), &own.noise, NOMINAL_ROUNDS)
+    } else {
+        fit_by_continuation(&own, NOMINAL_ROUNDS)
+    };
+    let fit = found.map_err(|error| error.to_string())?;
+    let is_cut = !fit.converged && own.work.note().is_some() && !options.is_refused;
     if is_cut { Err(NOMINAL_UNFINISHED.to_owned()) } else { Ok(fit) }
 }
 

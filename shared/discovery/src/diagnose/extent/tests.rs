@@ -44,5 +44,5 @@ fn a_nominal_fit_that_the_work_cuts_decides_nothing_and_says_what_helps() {
     let nominal = plant("drive_rig");
     let short = problem(&nominal, recording(&off_priors(&nominal, 5), 5, 2.0));
     let session = EstimationSession::counted(&short, 1, Arc::new(Work::of(1.0))).unwrap();
-    assert_eq!(super::nominal(&session).err().as_deref(), Some(NOMINAL_UNFINISHED));
+    assert_eq!(super::nominal(&session, &Options::default()).err().as_deref(), Some(NOMINAL_UNFINISHED));
 }

@@ -1,0 +1,117 @@
+//! A refused model: what it lacks is asked for once, and the model with it is tried like the first.
+
+use super::descent::Descent;
+use super::stage::Stage;
+use super::{JointSupervisor, WINDOWS_MAX, announcement};
+use craft::fold::{Folded, Predicted};
+use craft::missing::{Answer, answer};
+use craft::parameters::Parameters;
+use runtime::{Frame, Outputs};
+use serde::{Deserialize, Serialize};
+use telemetry::{DIAGNOSIS, Diagnosis, ESTIMATE_JOINT, JointVerdict, MODE};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// The question, and what became of it.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Diagnosed {
+    /// The partition that would answer was given up.
+    pub lost: bool,
+    asked: bool,
+    /// The answer that the model was augmented with, as it travelled; empty before.
+    answer: Vec<u8>,
+    /// The newest generation of messages; once asked, of those of the refused model.
+    pub newest: u16,
+    /// Generation of the messages that the question is about.
+    generation: u16,
+    /// The first generation of the augmented model.
+    first: u16,
+}
+
+impl JointSupervisor {
+    /// Common steps behind the messages of `generation`. A model that was augmented begins anew:
+    /// its first messages are about the point that the diagnosis has given.
+    pub(super) fn steps_taken(&self, generation: u16) -> u16 {
+        generation.saturating_sub(self.state.diagnosed.first)
+    }
+
+    /// Ends with `verdict`. Where that rejects a model for the first time, and there is a partition
+    /// that may say what is missing, it has its say first.
+    pub(super) fn refuse(
+        &mut self,
+        generation: u16,
+        (verdict, arc): (JointVerdict, Option<usize>),
+        folded: &Folded,
+        predicted: Option<Predicted>,
+        frame: &Frame<'_>,
+        out: &mut Outputs,
+    ) {
+        let held_out = (0..self.plan.arcs.len()).find(|arc| self.is_held_out(*arc));
+        let of = match verdict {
+            JointVerdict::ArcNotExplained | JointVerdict::ArcsContradict => arc,
+            JointVerdict::HeldOutMissed => held_out,
+            _ => None,
+        };
+        let asked = of.filter(|_| self.is_diagnosed && !self.state.diagnosed.lost && !self.state.diagnosed.asked);
+        let Some(of) = asked else {
+            return self.end(generation, (verdict, arc), Some(folded), predicted, frame, out);
+        };
+        let mut sample = announcement::sample(&self.parameters, generation, Some(folded), frame);
+        announcement::judged(&mut sample, verdict, Some(of), predicted);
+        sample.asks = announcement::WHAT_IS_MISSING;
+        out.publish(ESTIMATE_JOINT, &sample);
+        (self.state.diagnosed.asked, self.state.diagnosed.generation) = (true, generation);
+        self.state.stage = Stage::Diagnosing { until_frame: frame.number + WINDOWS_MAX * self.window };
+    }
+
+    /// Waits for the answer. With an effect in it the model goes on; without one, or without an
+    /// answer, the verdict that was published stands.
+    pub(super) fn hear_diagnosis(&mut self, is_over: bool, frame: &Frame<'_>, out: &mut Outputs) {
+        let said = frame.samples(DIAGNOSIS).iter().rfind(|one| self.heard_answer(one).is_some());
+        if let Some(said) = said
+            && let Some(theta) = self.augment(said)
+        {
+            self.state.diagnosed.answer = said.as_bytes().to_vec();
+            let generation = self.state.diagnosed.newest;
+            (self.state.diagnosed.first, self.state.descent) = (generation + 1, Descent::default());
+            let mut sample = announcement::sample(&self.parameters, generation, None, frame);
+            (sample.count, sample.asks) = (theta.len() as u16, announcement::NEXT_GENERATION);
+            sample.theta[..theta.len()].copy_from_slice(&theta);
+            out.publish(ESTIMATE_JOINT, &sample);
+            self.state.messages.clear();
+            let until_frame = frame.number + WINDOWS_MAX * self.window;
+            self.state.stage = Stage::Folding { generation: generation + 1, until_frame };
+        } else if said.is_some() || self.state.diagnosed.lost || is_over {
+            out.publish(MODE, &self.mode(None, frame));
+            self.state.stage = Stage::Ended;
+        }
+    }
+
+    /// The answer of `sample`, if it is one to this question.
+    fn heard_answer(&self, sample: &Diagnosis) -> Option<Answer> {
+        let plant = self.plan.known(self.plan.arcs.first()?).ok()?;
+        answer(sample, &plant, &self.parameters).ok().filter(|one| one.generation == self.state.diagnosed.generation)
+    }
+
+    /// Takes the parameters of the model with what is missing; where its first linearisation is.
+    /// `None` where nothing can be added.
+    fn augment(&mut self, sample: &Diagnosis) -> Option<Vec<f64>> {
+        let plant = self.plan.known(self.plan.arcs.first()?).ok()?;
+        let answer = self.heard_answer(sample)?;
+        let augmented = answer.augmented(&plant)?;
+        let parameters = Parameters::of_plant(&augmented).ok()?;
+        let known = |name: &str| {
+            let at = self.parameters.unknowns.iter().position(|unknown| unknown.name == name)?;
+            answer.theta.get(at).copied()
+        };
+        let theta = parameters.unknowns.iter().map(|unknown| known(&unknown.name).unwrap_or(unknown.prior)).collect();
+        self.parameters = parameters;
+        Some(theta)
+    }
+
+    /// Behind a restart: the parameters are those of the model that was augmented.
+    pub(super) fn take_up_diagnosis(&mut self) {
+        if let Ok(sample) = Diagnosis::read_from_bytes(&self.state.diagnosed.answer) {
+            let _ = self.augment(&sample);
+        }
+    }
+}
