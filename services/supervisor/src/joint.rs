@@ -34,7 +34,7 @@ const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_
 /// "study case", 4).
 const STEP_SIGMA_ENOUGH: f64 = 0.1;
 /// Common points of linearisation at most: one or two are needed where the arcs were heard well,
-/// nine along the curved ridge of a fuel whose slosh was watched for one period.
+/// eight along the curved ridge of a fuel whose slosh was watched for one period.
 const GENERATIONS_MAX: u16 = 16;
 /// Pacing windows until a message is missed. Two are needed: one until the announcement takes
 /// effect, one until the message does.
