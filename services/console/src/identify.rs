@@ -4,6 +4,7 @@
 //! the estimate; it decides nothing.
 
 pub(crate) mod base;
+pub(crate) mod conflicts;
 mod object;
 mod words;
 
@@ -13,6 +14,7 @@ use crate::progress::Share;
 use crate::recordings::{self, Evidence};
 use crate::{Failure, interrupt, plants};
 use base::BaseRow;
+use conflicts::Conflict;
 use identification::joint::{Arc, JointError, JointFit, Vehicle, identify, predict};
 use identification::problem::Problem;
 use identification::work::{Watch, Work};
@@ -67,6 +69,16 @@ struct Identified<'a> {
     base: Vec<BaseRow>,
     /// Mean squares of the whitened innovations of what was not fitted.
     predicted: Vec<(&'a Read, f64)>,
+}
+
+impl Identified<'_> {
+    /// Physical parameters that contradict their priors.
+    fn conflicts(&self) -> Vec<Conflict> {
+        let rows = self.vehicle.unknowns.iter().enumerate().map(|(k, unknown)| {
+            (&unknown.name[..], [self.fit.theta[k], self.fit.sigma[k]], [unknown.prior, unknown.sigma])
+        });
+        conflicts::conflicts(rows)
+    }
 }
 
 /// # Errors

@@ -1,6 +1,6 @@
 //! The estimate as one JSON object.
 
-use super::Identified;
+use super::{Identified, conflicts};
 use estimation::identifiability::Identifiability;
 use serde_json::{Value, json};
 
@@ -25,6 +25,7 @@ pub fn object(found: &Identified<'_>, command: &str) -> Value {
         json!({ "recording": one.file, "name": one.arc.name, "plant": one.plant_file, "digest": one.digest, "chi2_per_row": chi2 })
     });
     json!({ "command": command, "converged": fit.converged, "interrupted": fit.interrupted, "parameters": parameters,
+        "prior_conflicts": conflicts::object(&found.conflicts()),
         "arcs": arcs.collect::<Vec<_>>(), "predicted": predicted.collect::<Vec<_>>() })
 }
 

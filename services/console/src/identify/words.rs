@@ -1,7 +1,7 @@
 //! The estimate as tables for a terminal.
 
-use super::Identified;
 use super::object::status;
+use super::{Identified, conflicts};
 use crate::recordings::wrapped;
 use examination::doctor::probability;
 use report::text::{short, with_sigma};
@@ -54,6 +54,7 @@ fn first_lines(found: &Identified<'_>) -> String {
             "NOT CONVERGED: the estimates may be far from the maximum; give narrower priors or longer recordings\n",
         );
     }
+    text.push_str(&conflicts::in_words(&found.conflicts()));
     text
 }
 

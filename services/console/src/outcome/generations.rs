@@ -1,6 +1,7 @@
 //! What the arcs of one craft say together, generation by generation, beside the truth.
 
 use crate::identify::base::{self, BaseRow};
+use crate::identify::conflicts::{self, Conflict};
 use crate::identify::status;
 use crate::outcome::missing::MissingOutcome;
 use crate::scenario_run::ScenarioRun;
@@ -131,6 +132,14 @@ impl JointOutcome {
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     }
 
+    /// Parameters of the last generation that contradict their priors.
+    #[must_use]
+    pub fn conflicts(&self) -> Vec<Conflict> {
+        let rows = self.generations.last().map_or(&[][..], |last| &last.rows);
+        let physical = rows.iter().filter(|row| row.block != "base");
+        conflicts::conflicts(physical.map(|row| (&row.name[..], [row.value, row.sigma], [row.prior, row.prior_sigma])))
+    }
+
     /// The supervisor's words.
     #[must_use]
     pub fn words(&self) -> String {
@@ -140,11 +149,12 @@ impl JointOutcome {
 
     /// What `--json` shows of it, by key.
     #[must_use]
-    pub fn json(&self) -> [(&'static str, Value); 5] {
+    pub fn json(&self) -> [(&'static str, Value); 6] {
         let predicted = self.predicted.iter().map(|(arc, chi2, p)| json!({ "arc": arc, "chi2_per_row": chi2, "p": p }));
         [
             ("generations", self.generations.iter().map(Generation::json).collect()),
             ("joint_bound_ratio", json!(self.bound_ratio())),
+            ("prior_conflicts", conflicts::object(&self.conflicts())),
             ("predicted", predicted.collect()),
             ("diagnosis", json!(self.missing.as_ref().map(MissingOutcome::json))),
             (

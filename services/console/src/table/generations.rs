@@ -1,5 +1,6 @@
 //! One craft, identified by all its arcs, as a table for a terminal.
 
+use crate::identify::conflicts;
 use crate::outcome::JointOutcome;
 use report::text::{short, with_sigma};
 use std::fmt::Write;
@@ -38,6 +39,7 @@ pub fn write(found: &JointOutcome, text: &mut String) {
     let ratio = found.bound_ratio().map_or(String::new(), |ratio| format!("; error over sigma {ratio:.2} rms"));
     let generations = found.generations.len();
     let _ = writeln!(text, "{} after {generations} generations{ratio}", found.words());
+    text.push_str(&conflicts::in_words(&found.conflicts()));
     if let Some(missing) = &found.missing {
         let _ = writeln!(text, "{}", missing.words());
     }
