@@ -57,10 +57,14 @@ fn started(plant: &Plant, parameters: &Parameters, theta: &[f64]) -> Plant {
     started
 }
 
-/// Effects that were fitted, then those that could replace them.
+/// Effects that were fitted and that nothing rejects, then those that could replace them; none
+/// where the verdict names none.
 fn effects(found: &Diagnosis) -> Vec<Missing> {
-    let fitted: Vec<&EffectReport> =
-        found.effects.iter().filter(|effect| effect.status != Status::NotConverged).collect();
+    if !matches!(found.verdict, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor) {
+        return Vec::new();
+    }
+    let stands = |effect: &&EffectReport| !matches!(effect.status, Status::NotConverged | Status::Rejected);
+    let fitted: Vec<&EffectReport> = found.effects.iter().filter(stands).collect();
     let mut effects: Vec<Missing> = fitted.iter().filter_map(|effect| missing(effect)).collect();
     if effects.len() < fitted.len() {
         return Vec::new();

@@ -190,10 +190,11 @@ impl JointSupervisor {
         self.state.messages.clone_from(&self.state.descent.messages);
         let (lowest, heard) = (self.state.descent.generation, self.received());
         let Some(folded) = Folded::of(&self.parameters, &heard).filter(|_| !heard.is_empty()) else {
-            return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
+            let verdict = self.standing((JointVerdict::NoMessage, None), &heard);
+            return self.end(generation, verdict, None, None, frame, out);
         };
         let taken = self.steps_taken(generation);
-        if let Some(refused) = unexplained(&heard, taken, usize::from(GENERATIONS_MAX)) {
+        if let Some(refused) = unexplained(&heard, self.steps_taken(lowest), usize::from(GENERATIONS_MAX) + 1) {
             let verdict = (JointVerdict::ArcNotExplained, Some(refused.arc));
             return self.refuse(lowest, verdict, &folded, None, frame, out);
         }
@@ -227,7 +228,8 @@ impl JointSupervisor {
             return self.end(generation, (JointVerdict::NoMessage, None), None, None, frame, out);
         };
         let predicted = held_out.first().and_then(|one| folded.predicts(&self.parameters, one));
-        self.refuse(generation, folded.verdict(predicted), &folded, predicted, frame, out);
+        let verdict = self.standing(folded.verdict(predicted), fitted);
+        self.refuse(generation, verdict, &folded, predicted, frame, out);
     }
 
     fn announce(&self, generation: u16, folded: &Folded, asks: u16, frame: &Frame<'_>, out: &mut Outputs) {

@@ -44,7 +44,8 @@ pub struct Predicted {
     pub p: f64,
 }
 
-/// How often a true model is rejected in a whole run, over all its tests.
+/// How often a true model is rejected: half of it by the tests at the end, half by those of an arc
+/// that no step explains ([`crate::refusal`]), each over all its tests.
 pub(crate) const FALSE_REFUSALS: f64 = 1e-3;
 
 /// What priors and messages say together: `Λ = 1 + Σ N` about the messages' own points of
@@ -111,7 +112,7 @@ impl Folded {
     pub fn verdict(&self, predicted: Option<Predicted>) -> (JointVerdict, Option<usize>) {
         let between = |arc: &ArcTest| arc.p_between.iter().flatten().count();
         let tests = self.arcs.iter().map(|arc| 1 + between(arc)).sum::<usize>() + usize::from(predicted.is_some());
-        let level = FALSE_REFUSALS / tests.max(1) as f64;
+        let level = 0.5 * FALSE_REFUSALS / tests.max(1) as f64;
         let least = |arc: &ArcTest| arc.p_between.iter().flatten().copied().fold(1.0, f64::min);
         let off = |p: &dyn Fn(&ArcTest) -> f64| {
             // of arcs that are both impossible, the one that is further off

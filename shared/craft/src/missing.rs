@@ -12,6 +12,10 @@ use telemetry::{DIAGNOSED_MAX, DIAGNOSED_PARAMETERS_MAX, Diagnosis, DiagnosisVer
 /// the fit of all arcs, and its data count once.
 const AMPLITUDE_PRIOR_RATIO: f64 = 30.0;
 
+/// Prior standard deviation of an angle \[rad\], as wide as in the fits of a diagnosis: no
+/// direction is preferred.
+const DIRECTION_PRIOR_RAD: f64 = 1.5;
+
 /// An effect that is missing, or that could replace one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
@@ -66,8 +70,19 @@ pub fn sample(answer: &Answer, plant: &Plant, parameters: &Parameters) -> Diagno
     sample.theta.iter_mut().zip(&answer.theta).for_each(|(to, value)| *to = *value);
     (sample.value, sample.sigma) = ([[f64::NAN; _]; _], [[f64::NAN; _]; _]);
     for (k, missing) in answer.effects.iter().take(DIAGNOSED_MAX).enumerate() {
-        let Some(effect) = plant.catalogue.effect(&missing.kind) else { continue };
-        let Some(site) = sites(effect, plant).iter().position(|site| *site == missing.site) else { continue };
+        let placed = plant
+            .catalogue
+            .effect(&missing.kind)
+            .and_then(|effect| Some((effect, sites(effect, plant).iter().position(|site| *site == missing.site)?)));
+        let Some((effect, site)) = placed else {
+            // An effect at a part that another effect has made has no place in the plant file. What
+            // could replace others may be left out, with all behind it; a model without one of the
+            // effects found is not the model that was found.
+            if missing.stands_in_for.is_none() {
+                sample.count = 0;
+            }
+            break;
+        };
         sample.count = k as u16 + 1;
         (sample.effect[k], sample.site[k]) = (plant.catalogue.place(&missing.kind) as u16, site as u16);
         sample.stands_in_for[k] = missing.stands_in_for.map_or(0, |of| of as u16 + 1);
@@ -118,16 +133,27 @@ fn missing(sample: &Diagnosis, k: usize, plant: &Plant) -> Option<Missing> {
 }
 
 impl Missing {
-    /// The effect at its estimates as part of a plant, its parameters unknown: amplitudes within
-    /// thirty times what was estimated, others as the catalogue has it.
+    /// The effect at its estimates as part of a plant: what was estimated is unknown, amplitudes
+    /// within thirty times the largest of them or of their deviations, angles within
+    /// [`DIRECTION_PRIOR_RAD`], others as the catalogue has it; what was kept is known.
+    ///
+    /// `None` for what begins or ends: its instants are those of one arc, and other arcs have others.
     #[must_use]
     pub fn as_effect(&self, plant: &Plant) -> Option<EffectUse> {
         let effect = plant.catalogue.effect(&self.kind)?;
-        let quantity = |(name, value, _): &(String, f64, f64)| {
+        let is_amplitude = |name: &str| effect.parameter(name).is_some_and(|p| p.role == Role::Amplitude);
+        let amplitudes = self.values.iter().filter(|(name, ..)| is_amplitude(name));
+        let size = amplitudes.fold(0.0, |size: f64, (_, value, sigma)| size.max(value.abs()).max(*sigma));
+        let quantity = |(name, value, sigma): &(String, f64, f64)| {
             let parameter = effect.parameter(name)?;
+            let was_estimated = sigma.is_finite();
+            let of_catalogue = || parameter.prior.sigma(*value).or_else(|| parameter.prior.sigma_if_preferred(*value));
             let sigma = match parameter.role {
-                Role::Amplitude => Some(AMPLITUDE_PRIOR_RATIO * value.abs()).filter(|sigma| *sigma > 0.0),
-                _ => parameter.prior.sigma(*value),
+                Role::Onset | Role::Duration => return None,
+                Role::Amplitude => Some(AMPLITUDE_PRIOR_RATIO * size).filter(|sigma| *sigma > 0.0),
+                _ if !was_estimated => None,
+                Role::Direction { .. } => Some(DIRECTION_PRIOR_RAD),
+                _ => of_catalogue(),
             };
             let quantity = sigma.map_or(Quantity::known(*value), |sigma| Quantity::with_prior(*value, sigma));
             Some((name.clone(), quantity))

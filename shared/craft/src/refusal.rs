@@ -55,7 +55,7 @@ impl Remainder {
 /// merely far is not refused.
 #[must_use]
 pub fn unexplained(received: &[Received], generation: u16, looks: usize) -> Option<Remainder> {
-    let level = FALSE_REFUSALS / (received.len() * looks).max(1) as f64;
+    let level = 0.5 * FALSE_REFUSALS / (received.len() * looks).max(1) as f64;
     let stays = |one: &Remainder| generation >= STEPS_ENOUGH || one.promised_share < 0.5;
     let refused = received.iter().filter_map(Remainder::of).filter(|one| one.p < level && stays(one));
     refused.max_by(|a, b| a.chi2_per_row.total_cmp(&b.chi2_per_row))

@@ -72,7 +72,7 @@ impl MissingOutcome {
             let replaces = one.stands_in_for.and_then(|of| answer.effects.get(of));
             json!({
                 "kind": one.kind, "site": one.site.to_string(), "probability": one.probability,
-                "significance": one.significance, "parameters": parameters.collect::<Vec<_>>(),
+                "d": one.significance, "parameters": parameters.collect::<Vec<_>>(),
                 "stands_in_for": replaces.map(|of| format!("{}@{}", of.kind, of.site)),
             })
         })

@@ -4,6 +4,7 @@ use super::descent::Descent;
 use super::stage::Stage;
 use super::{JointSupervisor, WINDOWS_MAX, announcement};
 use craft::fold::{Folded, Predicted};
+use craft::message::Received;
 use craft::missing::{Answer, answer};
 use craft::parameters::Parameters;
 use runtime::{Frame, Outputs};
@@ -23,6 +24,8 @@ pub struct Diagnosed {
     pub newest: u16,
     /// Generation of the messages that the question is about.
     generation: u16,
+    /// The verdict that asked, by its code, and the arc that it names.
+    question: Option<(u16, u16)>,
     /// The first generation of the augmented model.
     first: u16,
 }
@@ -32,6 +35,25 @@ impl JointSupervisor {
     /// its first messages are about the point that the diagnosis has given.
     pub(super) fn steps_taken(&self, generation: u16) -> u16 {
         generation.saturating_sub(self.state.diagnosed.first)
+    }
+
+    /// `verdict`, where it may stand behind an answer. An arc that told what is missing is fitted with
+    /// it: it is held out no more, and a model that leaves it out has not explained it.
+    pub(super) fn standing(
+        &self,
+        verdict: (JointVerdict, Option<usize>),
+        heard: &[Received],
+    ) -> (JointVerdict, Option<usize>) {
+        let Some((code, arc)) = self.state.diagnosed.question else { return verdict };
+        let arc = usize::from(arc);
+        let reason = JointVerdict::from_code(code).unwrap_or(JointVerdict::Undecided);
+        match verdict.0 {
+            JointVerdict::Accepted if self.is_held_out(arc) => (JointVerdict::NoHeldOut, None),
+            JointVerdict::Accepted | JointVerdict::NoMessage if heard.iter().all(|one| one.arc != arc) => {
+                (reason, Some(arc))
+            }
+            _ => verdict,
+        }
     }
 
     /// Ends with `verdict`. Where that rejects a model for the first time, and there is a partition
@@ -60,6 +82,7 @@ impl JointSupervisor {
         sample.asks = announcement::WHAT_IS_MISSING;
         out.publish(ESTIMATE_JOINT, &sample);
         (self.state.diagnosed.asked, self.state.diagnosed.generation) = (true, generation);
+        self.state.diagnosed.question = Some((verdict.code(), of as u16));
         self.state.stage = Stage::Diagnosing { until_frame: frame.number + WINDOWS_MAX * self.window };
     }
 
