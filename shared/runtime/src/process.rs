@@ -105,6 +105,14 @@ pub fn run(id: PartitionId, connect: Connect, folder: &Path, life: Life) -> Resu
     signal_hook::flag::register(SIGINT, ignored)?;
     let dir = RunDir::at(folder);
     let run = dir.load()?;
+    if !run.partitions.contains(&id) {
+        // A service manager starts every unit that is installed.
+        sys::tell(&format!("{id}: takes no part in this run\n"));
+        if let Some(manager) = sys::Notifier::of_environment() {
+            manager.say("READY=1");
+        }
+        return Ok(());
+    }
     if run
         .faults
         .iter()
