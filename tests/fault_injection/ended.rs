@@ -50,7 +50,8 @@ impl Ended {
             let (who, cause) = line.split_once(" died: ")?;
             let (name, pid) = who.strip_suffix(')')?.split_once(" (pid ")?;
             // What partitions say themselves can share a line with the warden's log.
-            let name = PARTITIONS.into_iter().find(|partition| name.ends_with(partition))?;
+            let mut partitions = PARTITIONS.into_iter().chain(["diagnosis"]);
+            let name = partitions.find(|partition| name.ends_with(partition))?;
             let cause = CAUSES.into_iter().find(|known| cause.starts_with(known)).unwrap_or(cause);
             Some(Death { name: name.into(), pid: pid.parse().ok()?, cause: cause.into() })
         };

@@ -24,7 +24,7 @@ mod world;
 
 use world::{World, undisturbed};
 
-/// All partitions, in the order in which a run starts them.
+/// All partitions of a run without a craft, in the order in which it starts them.
 const PARTITIONS: [&str; 6] = ["sensor-sim", "inertial-id", "slosh-id", "modal-id", "supervisor", "recorder"];
 
 #[test]

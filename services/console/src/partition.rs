@@ -21,8 +21,8 @@ pub const PARTITIONS: &[(PartitionId, Connect)] = &[
     (PartitionId::Diagnosis, diagnosis::connect),
 ];
 
-/// The partitions of a run: only where several partitions identify one craft can a model be refused,
-/// and asked what it lacks.
+/// The partitions of a run: only where several partitions identify one craft can a model be
+/// refused, and asked what it lacks.
 pub fn of_run(flies_craft: bool) -> Vec<PartitionId> {
     let all = PARTITIONS.iter().map(|(id, _)| *id);
     all.filter(|id| flies_craft || *id != PartitionId::Diagnosis).collect()
@@ -41,7 +41,8 @@ fn source(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
   obsid partition keeper --run /run/obsid/obsid-flight --scenario craft.toml --record flight.mcap
                                                                  a run whose partitions a service manager starts")]
 pub struct Arguments {
-    /// sensor-sim, inertial-id, slosh-id, modal-id, supervisor, recorder, diagnosis, warden, or keeper
+    /// sensor-sim, inertial-id, slosh-id, modal-id, supervisor, recorder, diagnosis, warden, or
+    /// keeper
     name: String,
     /// Folder of the run
     #[arg(long)]

@@ -43,7 +43,8 @@ pub fn write(folder: &Path, deaths: &[DeathRow], file: &Path) -> std::io::Result
     let first_ns = lives.iter().flat_map(|life| life.markers.iter().map(|m| m.begin_ns)).min().unwrap_or(0);
     let mut events = Events { out: BufWriter::new(File::create(file)?), first_ns, count: 0 };
     write!(events.out, "{{\"displayTimeUnit\":\"ns\",\"traceEvents\":[")?;
-    for (id, _) in PARTITIONS {
+    let has_lived = |id: &PartitionId| lives.iter().any(|life| life.partition == *id);
+    for (id, _) in PARTITIONS.iter().filter(|(id, _)| has_lived(id)) {
         events.names(*id)?;
     }
     for life in &lives {

@@ -90,7 +90,8 @@ impl Partition for SensorSim {
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
         let lost = |command| runtime::pacing::given_up(command).is_some_and(|id| id != PartitionId::Diagnosis);
         if frame.urgent.iter().any(lost) {
-            // A partition that an experiment needs was given up: nothing is excited until the next mode.
+            // A partition that an experiment needs was given up: nothing is excited until the next
+            // mode.
             self.state.simulation.inhibit();
         }
         if let Some(mode) = frame.new_mode() {

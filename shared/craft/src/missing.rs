@@ -137,7 +137,8 @@ impl Missing {
     /// within thirty times the largest of them or of their deviations, angles within
     /// [`DIRECTION_PRIOR_RAD`], others as the catalogue has it; what was kept is known.
     ///
-    /// `None` for what begins or ends: its instants are those of one arc, and other arcs have others.
+    /// `None` for what begins or ends: its instants are those of one arc, and other arcs have
+    /// others.
     #[must_use]
     pub fn as_effect(&self, plant: &Plant) -> Option<EffectUse> {
         let effect = plant.catalogue.effect(&self.kind)?;

@@ -71,8 +71,8 @@ pub struct ResponseFit {
     pub unresolved: Vec<ResponseMode>,
     /// Neighbouring lines of which the residuals are correlated; 0 where they are white.
     pub correlated_lines: usize,
-    /// The lines are those of segments under this window, by the correlation of their residuals, and
-    /// the width of the window is part of the model.
+    /// The lines are those of segments under this window, by the correlation of their residuals,
+    /// and the width of the window is part of the model.
     pub window: Option<&'static str>,
 }
 

@@ -32,7 +32,7 @@ const SAMPLES: usize = 16;
 const REACH: usize = 3;
 /// Longest gap filled: the windows of the covariances, 2i rows. A longer one is a break, at which
 /// they lose no more than it holds.
-const GAP_MAX: usize = 80;
+const FILLED_ROWS_MAX: usize = 80;
 /// Missing samples per existing one up to which gaps are exceptions: a channel that is updated
 /// every other row has one, and what its samples cannot show would come back as images.
 const ODDS_MAX: f64 = 0.5;
@@ -118,13 +118,13 @@ impl Predictor {
         (predictor.covariance[0] > 0.0).then_some(predictor)
     }
 
-    /// Gaps that may be filled: between samples, and no longer than [`GAP_MAX`].
+    /// Gaps that may be filled: between samples, and no longer than [`FILLED_ROWS_MAX`].
     fn gaps(&self) -> Vec<Range<usize>> {
         let rows = self.centred.len();
         let is_missing = |t: &usize| !self.centred[*t].is_finite();
         let begins = (1..rows).filter(|t| is_missing(t) && !is_missing(&(t - 1)));
         let gaps = begins.map(|begin| begin..(begin..rows).find(|t| !is_missing(t)).unwrap_or(rows));
-        gaps.filter(|gap| gap.end < rows && gap.len() <= GAP_MAX).collect()
+        gaps.filter(|gap| gap.end < rows && gap.len() <= FILLED_ROWS_MAX).collect()
     }
 
     /// The samples of a gap from the nearest ones that exist on both sides.

@@ -81,7 +81,8 @@ fn noise_of(actuator: &Actuator, seed: u64, prefix: &str) -> Stream {
 }
 
 impl Inputs {
-    /// Noise of other streams from now on: those that [`Inputs::new`] names for `seed` and `prefix`.
+    /// Noise of other streams from now on: those that [`Inputs::new`] names for `seed` and
+    /// `prefix`.
     pub fn draw_from(&mut self, plant: &Plant, seed: u64, prefix: &str) {
         for input in &mut self.commanded {
             input.stream = noise_of(&plant.actuators[input.actuator], seed, prefix);

@@ -219,7 +219,8 @@ impl Sensors {
         })
     }
 
-    /// Noise of other streams from now on: those that [`Sensors::new`] names for `seed` and `prefix`.
+    /// Noise of other streams from now on: those that [`Sensors::new`] names for `seed` and
+    /// `prefix`.
     pub fn draw_from(&mut self, plant: &Plant, seed: u64, prefix: &str) {
         for (channel, sensor) in self.channels.iter_mut().zip(&plant.sensors) {
             channel.stream = noise_of(sensor, seed, prefix);

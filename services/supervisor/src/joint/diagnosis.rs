@@ -37,8 +37,8 @@ impl JointSupervisor {
         generation.saturating_sub(self.state.diagnosed.first)
     }
 
-    /// `verdict`, where it may stand behind an answer. An arc that told what is missing is fitted with
-    /// it: it is held out no more, and a model that leaves it out has not explained it.
+    /// `verdict`, where it may stand behind an answer. An arc that told what is missing is fitted
+    /// with it: it is held out no more, and a model that leaves it out has not explained it.
     pub(super) fn standing(
         &self,
         verdict: (JointVerdict, Option<usize>),
