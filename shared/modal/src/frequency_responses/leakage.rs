@@ -208,8 +208,9 @@ mod tests {
     #[test]
     fn leakage_scatters_the_damping_and_not_the_frequency_and_is_common_to_the_channels() {
         let [damping, frequency] = ratios(1);
-        // 1 + 2/3 and 1 − 2/3 − 1/3 of a mode that is much wider than the window.
-        assert!((1.3..2.0).contains(&damping) && frequency < 0.4, "{damping} {frequency}");
+        // By sums over the window's transform with eight points per cell, in another program. Where
+        // the residue and the powers of s are known they are 1.66 and 0.43.
+        assert!((damping - 1.181).abs() < 0.01 && (frequency - 0.232).abs() < 0.01, "{damping} {frequency}");
         let of_two = ratios(2);
         assert!((of_two[0] / damping - 2.0).abs() < 1e-6, "{of_two:?}");
     }

@@ -51,8 +51,9 @@ fn a_killed_writer_loses_nothing_flushed_and_recovery_goes_on_behind_it() {
     let mut recorder = McapRecorder::create(&path).unwrap();
     recorder.metadata("run", &BTreeMap::from([("seed".into(), "7".into())])).unwrap();
     recorder.attach("scenario", "text/plain", b"text").unwrap();
-    let flushed = 300;
-    for (i, (topic, stamps, payload)) in samples.iter().enumerate() {
+    // Fewer behind the flush than fill a chunk, which is written when it is full.
+    let (flushed, written) = (300, 350);
+    for (i, (topic, stamps, payload)) in samples[..written].iter().enumerate() {
         if i == flushed {
             recorder.flush().unwrap();
         }
