@@ -135,7 +135,7 @@ fn missing(sample: &Diagnosis, k: usize, plant: &Plant) -> Option<Missing> {
 impl Missing {
     /// The effect at its estimates as part of a plant: what was estimated is unknown, amplitudes
     /// within thirty times the largest of them or of their deviations, angles within
-    /// [`DIRECTION_PRIOR_RAD`], others as the catalogue has it; what was kept is known.
+    /// 1.5 rad, others as the catalogue has it; what was kept is known.
     ///
     /// `None` for what begins or ends: its instants are those of one arc, and other arcs have
     /// others.
