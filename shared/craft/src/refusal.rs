@@ -51,8 +51,8 @@ impl Remainder {
 /// are of `generation`; `looks` is how many generations are looked at in a run.
 ///
 /// The linear model speaks for the arc near its point alone. So the step must leave more of the
-/// excess than it takes, or two common steps must have been taken: a start that is
-/// merely far is not refused.
+/// excess than it takes, or two common steps must have been taken: a start that is merely far is
+/// not refused.
 #[must_use]
 pub fn unexplained(received: &[Received], generation: u16, looks: usize) -> Option<Remainder> {
     let level = 0.5 * FALSE_REFUSALS / (received.len() * looks).max(1) as f64;
