@@ -82,6 +82,18 @@ fn friction_of_the_bearing_is_found_in_one_step_and_the_other_confirms_it_better
     assert!(number(&held_out_channels(found)[0], "fit_percent_after") >= 96.05);
 }
 
+/// A thrown disc with an IMU inside; the documentation's regression: 19.3, 6.5, 0.3 mm.
+#[test]
+fn the_lever_arm_of_the_sensor_and_the_slowing_spin_of_a_thrown_disc_are_found() {
+    let Some(found) = diagnosis("thrown disc") else { return };
+    let named = |kinds: &[&str]| effects(found).iter().find(|effect| kinds.contains(&word(effect, "kind")));
+    // about a free body a sensor off the centre and a centre off the sensor are the same
+    let arm = named(&["com_shift", "sensor_lever_arm"]).unwrap_or_else(|| panic!("{:?}", kinds(found)));
+    let size_m = list(arm, "parameters").iter().map(|p| number(p, "value").powi(2)).sum::<f64>().sqrt();
+    assert!((size_m - 0.0204).abs() < 0.002, "{size_m}");
+    assert!(named(&["aerodynamic_spin_damping", "spin_damping"]).is_some(), "{:?}", kinds(found));
+}
+
 /// Balls with holes fall slowly: drag is named, by one of its two laws; which of them one drop of
 /// 46 samples need not tell.
 #[test]
