@@ -239,10 +239,10 @@ impl Loaded {
         let rows = self.rows();
         let channel = |c: &Channel| {
             json!({ "name": c.name, "unit": c.unit, "unit_stated": c.unit != NOT_STATED, "role": c.role,
-                "samples": c.value.len(), "missing": missing(c, rows), "rate_hz": c.interval_s().map(|dt| 1.0 / dt) })
+                "samples": c.value.len(), "missing": missing(c, rows), "rate_hz": c.rate_hz() })
         };
         let most = self.recording.channels.iter().max_by_key(|c| c.value.len());
-        let rate_hz = most.and_then(Channel::interval_s).map(|dt| 1.0 / dt);
+        let rate_hz = most.and_then(Channel::rate_hz);
         json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "origin_s": self.origin_s, "start_s": start_s, "end_s": end_s,
             "rate_hz": rate_hz, "rows": rows, "channels": self.recording.channels.iter().map(channel).collect::<Vec<_>>(), "notes": self.notes })
     }
@@ -256,7 +256,7 @@ fn missing(channel: &Channel, rows: usize) -> usize {
         return rows - samples;
     }
     let span_s = channel.time_s.last().zip(channel.time_s.first()).map_or(0.0, |(last, first)| last - first);
-    let due = channel.interval_s().map_or(0.0, |interval_s| span_s / interval_s);
+    let due = channel.rate_hz().map_or(0.0, |rate_hz| span_s * rate_hz);
     (due.round() as usize + 1).saturating_sub(samples)
 }
 

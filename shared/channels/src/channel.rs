@@ -91,6 +91,20 @@ impl Channel {
         if steps.len() < 2 { None } else { Some(median(&mut steps)) }
     }
 
+    /// Samples a second \[Hz\]: one over the mean of the intervals that are no gap, which stamps in
+    /// rounded units leave as it is while the median takes their nearest step; of irregular times
+    /// one over the median. `None` below three samples.
+    #[must_use]
+    pub fn rate_hz(&self) -> Option<f64> {
+        let median_s = self.interval_s()?;
+        if self.irregular() {
+            return Some(1.0 / median_s);
+        }
+        let steps = self.time_s.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0 && *d <= GAP_MEDIANS * median_s);
+        let (sum_s, count) = steps.fold((0.0, 0_u32), |(sum_s, count), step_s| (sum_s + step_s, count + 1));
+        Some(f64::from(count) / sum_s)
+    }
+
     /// Whether the finite samples come at irregular times: see [`IRREGULAR_SHARE`]. Below 16
     /// intervals they count as regular.
     #[must_use]

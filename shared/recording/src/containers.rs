@@ -8,6 +8,7 @@ use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;
 use crate::intake::join::{is_called, no_such_dataset, recording_of};
 use crate::intake::{Intake, ListedDataset};
+use crate::messages::json_file;
 use crate::{Format, Imported, file_name, foreign, hdf5, matlab, npz, parquet, ulog};
 use std::path::Path;
 
@@ -18,28 +19,31 @@ pub(crate) type Datasets = fn(&Path, &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 pub struct Container {
     /// Also its extension.
     name: &'static str,
-    /// First bytes.
-    magic: &'static [u8],
+    /// First bytes, one of these.
+    magic: &'static [&'static [u8]],
     datasets: Datasets,
 }
 
 /// PX4 ULog.
-pub static ULOG: Container = Container { name: "ulg", magic: b"ULog", datasets: ulog::datasets };
+pub static ULOG: Container = Container { name: "ulg", magic: &[b"ULog"], datasets: ulog::datasets };
 /// ROS 1 bag.
-pub static ROS_BAG: Container = Container { name: "bag", magic: b"#ROSBAG", datasets: foreign::bag_datasets };
+pub static ROS_BAG: Container = Container { name: "bag", magic: &[b"#ROSBAG"], datasets: foreign::bag_datasets };
 /// Database of a rosbag2, or the folder that holds it.
 pub static ROSBAG_2: Container =
-    Container { name: "db3", magic: b"SQLite format 3", datasets: foreign::rosbag2_datasets };
+    Container { name: "db3", magic: &[b"SQLite format 3"], datasets: foreign::rosbag2_datasets };
 /// MATLAB level 5 and 7.3.
-pub static MATLAB: Container = Container { name: "mat", magic: b"MATLAB", datasets: matlab::datasets };
+pub static MATLAB: Container = Container { name: "mat", magic: &[b"MATLAB"], datasets: matlab::datasets };
 /// HDF5.
-pub static HDF5: Container = Container { name: "h5", magic: b"\x89HDF", datasets: hdf5::datasets };
+pub static HDF5: Container = Container { name: "h5", magic: &[b"\x89HDF"], datasets: hdf5::datasets };
 /// Arrays of NumPy in an archive.
-pub static NPZ: Container = Container { name: "npz", magic: b"PK\x03\x04", datasets: npz::datasets };
+pub static NPZ: Container = Container { name: "npz", magic: &[b"PK\x03\x04"], datasets: npz::datasets };
 /// An array of NumPy.
-pub static NPY: Container = Container { name: "npy", magic: b"\x93NUMPY", datasets: npz::datasets };
+pub static NPY: Container = Container { name: "npy", magic: &[b"\x93NUMPY"], datasets: npz::datasets };
 /// Parquet.
-pub static PARQUET: Container = Container { name: "parquet", magic: b"PAR1", datasets: parquet::datasets };
+pub static PARQUET: Container = Container { name: "parquet", magic: &[b"PAR1"], datasets: parquet::datasets };
+
+/// JSON.
+pub static JSON: Container = Container { name: "json", magic: json_file::BEGINNINGS, datasets: json_file::datasets };
 
 impl Format for Container {
     fn name(&self) -> &'static str {
@@ -47,7 +51,7 @@ impl Format for Container {
     }
 
     fn sniff(&self, head: &[u8]) -> bool {
-        head.starts_with(self.magic)
+        self.magic.iter().any(|magic| head.starts_with(magic))
     }
 
     fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {

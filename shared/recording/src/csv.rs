@@ -10,12 +10,11 @@
 
 use crate::error::RecordingError;
 use crate::intake::Intake;
+use crate::intake::names::listed;
 use crate::intake::origin::origin_note;
 use crate::intake::plan::{Kind, Plan, Planned, Seen, Source, plan};
 use crate::rows::Rows;
-use crate::series::{check, for_each_time};
-use crate::spectrum::Spectrum;
-use crate::table::{Column, Table};
+use crate::table::Table;
 use crate::text::at_most::{AtMost, unpacked_max};
 use crate::text::cells::Cells;
 use crate::text::dialect::{self, Layout};
@@ -23,15 +22,17 @@ use crate::text::encoding::{Encoding, Returns, Utf16, text_of};
 use crate::text::lines::Lines;
 use crate::text::printable;
 use crate::text::stamps::Form;
-use crate::timing::check_extent;
-use crate::whole_file::replace_stream;
 use crate::{Format, Imported, file_name};
-use channels::Recording;
 use flate2::read::MultiGzDecoder;
-use flate2::write::GzEncoder;
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+
+mod tidy;
+mod written;
+
+use tidy::Tidy;
+pub use written::{write_csv, write_series_csv, write_spectrum_csv};
 
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
@@ -48,7 +49,11 @@ impl Format for Csv {
     }
 
     fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
-        let (rows, notes) = read_rows(path, intake)?;
+        let (file, mut lines) = lines_of(path)?;
+        if let Some(tidy) = Tidy::of(&file, &mut lines, intake)? {
+            return tidy.read(&file, &mut lines, intake);
+        }
+        let (rows, notes) = rows_of(path, &mut lines, intake)?;
         let mut imported = rows.finish()?;
         imported.notes_mut().extend(notes);
         Ok(imported)
@@ -73,7 +78,8 @@ impl Format for Csv {
 /// table: empty cells, more than one rate, time that starts again, a spectrum. [`crate::read`]
 /// takes those too.
 pub fn read_csv(path: &Path) -> Result<Table, RecordingError> {
-    let (rows, notes) = read_rows(path, &Intake::default())?;
+    let (_, mut lines) = lines_of(path)?;
+    let (rows, notes) = rows_of(path, &mut lines, &Intake::default())?;
     let mut table = rows.finish_table()?;
     table.notes.extend(notes);
     Ok(table)
@@ -105,18 +111,26 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, bool), RecordingError> {
     Ok((source, gzipped))
 }
 
-/// The rows of a file, and what there is to note about them.
-fn read_rows(path: &Path, intake: &Intake) -> Result<(Rows, Vec<String>), RecordingError> {
-    let file = file_name(path);
+/// Name and lines of a file.
+fn lines_of(path: &Path) -> Result<(String, Lines<Box<dyn BufRead>>), RecordingError> {
     let (source, gzipped) = open(path)?;
-    let mut lines = Lines::new(source, gzipped);
-    let (layout, plan) = match planned(&file, &mut lines, intake) {
+    Ok((file_name(path), Lines::new(source, gzipped)))
+}
+
+/// The rows of a file, and what there is to note about them.
+fn rows_of(
+    path: &Path,
+    lines: &mut Lines<impl BufRead>,
+    intake: &Intake,
+) -> Result<(Rows, Vec<String>), RecordingError> {
+    let file = file_name(path);
+    let (layout, plan) = match planned(&file, lines, intake) {
         Ok(planned) => planned,
         Err(error) => return Err(lines.corruption(&file).unwrap_or(error)),
     };
-    let (rows, mut notes) = taken(&file, &mut lines, &layout, &plan)?;
+    let (rows, mut notes) = taken(&file, lines, &layout, &plan)?;
     notes.splice(0..0, plan.notes);
-    if !gzipped && !ends_with_line_feed(path)? {
+    if !lines.gzipped && !ends_with_line_feed(path)? {
         notes.push("the last line is not ended by a line feed: its last number may be cut".into());
     }
     Ok((rows, notes))
@@ -205,15 +219,40 @@ fn taken(
     plan: &Plan,
 ) -> Result<(Rows, Vec<String>), RecordingError> {
     let columns = plan.columns.iter().map(Planned::column);
-    let positions = core::iter::once(clock_position(plan)).chain(plan.columns.iter().map(|of| of.at)).collect();
-    let rows = Rows::new(file, plan.axis, columns.collect());
-    let mut rows = rows.with_places(printable(&plan.clock_header), positions);
-    let width = width_of(layout);
-    let mut cells = Cells::new(file, layout.dialect, plan, width, &layout.header);
-    let mut row = Vec::with_capacity(width);
-    let mut footer: Option<(u64, RecordingError)> = None;
-    while lines.next(file, rows.count())? {
-        if lines.line < layout.first_line || is_remark(&lines.text) {
+    let (header, positions) = places_of(plan);
+    let mut rows = Rows::new(file, plan.axis, columns.collect()).with_places(header, positions);
+    let mut cells = Cells::new(file, layout.dialect, plan, width_of(layout), &layout.header);
+    let footer = each_row(file, lines, layout.first_line, &mut cells, &mut |_, line, row| rows.push(line, row))?;
+    rows.origin_s = cells.origin_s();
+    let mut notes = notes_of(&cells, plan, footer, rows.count())?;
+    let empty = rows.leave_out_empty();
+    if !empty.is_empty() {
+        notes.push(format!("left out: {}", listed(&empty)));
+    }
+    Ok((rows, notes))
+}
+
+/// Header of the clock and positions of the columns, for errors.
+fn places_of(plan: &Plan) -> (String, Vec<usize>) {
+    let positions = core::iter::once(clock_position(plan)).chain(plan.columns.iter().map(|of| of.at));
+    (printable(&plan.clock_header), positions.collect())
+}
+
+/// A line that is no whole row, and why.
+type Footer = Option<(u64, RecordingError)>;
+
+/// Gives every row to `push`, with its line; what stands behind the last is its footer.
+fn each_row(
+    file: &str,
+    lines: &mut Lines<impl BufRead>,
+    first_line: u64,
+    cells: &mut Cells<'_>,
+    push: &mut dyn FnMut(&Cells<'_>, u64, &[f64]) -> Result<(), RecordingError>,
+) -> Result<Footer, RecordingError> {
+    let (mut row, mut rows) = (Vec::new(), 0);
+    let mut footer: Footer = None;
+    while lines.next(file, rows)? {
+        if lines.line < first_line || is_remark(&lines.text) {
             continue;
         }
         let read = cells.read(&lines.text, lines.line, &mut row);
@@ -226,16 +265,15 @@ fn taken(
             Err(error) => Err(error),
             Ok(true) => match footer.take() {
                 Some((_, error)) => Err(error),
-                None => rows.push(lines.line, &row),
+                None => push(cells, lines.line, &row),
             },
         };
         if let Err(error) = result {
             return Err(lines.corruption(file).unwrap_or(error));
         }
+        rows += 1;
     }
-    rows.origin_s = cells.origin_s();
-    let notes = notes_of(&cells, plan, footer, rows.count())?;
-    Ok((rows, notes))
+    Ok(footer)
 }
 
 fn clock_position(plan: &Plan) -> usize {
@@ -259,12 +297,7 @@ fn is_remark(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), Some(b'#' | b'%'))
 }
 
-fn notes_of(
-    cells: &Cells<'_>,
-    plan: &Plan,
-    footer: Option<(u64, RecordingError)>,
-    rows: usize,
-) -> Result<Vec<String>, RecordingError> {
+fn notes_of(cells: &Cells<'_>, plan: &Plan, footer: Footer, rows: usize) -> Result<Vec<String>, RecordingError> {
     let mut notes = Vec::new();
     if let Some(day) = cells.first_day() {
         notes.push(format!("time counts from {day}T00:00:00"));
@@ -280,105 +313,4 @@ fn notes_of(
         notes.push(format!("from line {line} on there are no whole rows: left out"));
     }
     Ok(notes)
-}
-
-/// Writes a table in SI, gzipped when the name ends in `.gz`; every number reads back to the same
-/// f64.
-///
-/// # Errors
-/// The device's.
-pub fn write_csv(table: &Table, path: &Path) -> Result<(), RecordingError> {
-    let columns: Vec<_> = table.columns.iter().map(|column| (column.name.as_str(), column.unit)).collect();
-    write_text(path, &mut |out| {
-        write_header(out, "time [s]", &columns)?;
-        write_columns(out, &table.time_s, &table.columns)
-    })
-}
-
-/// Writes channels in SI, gzipped when the name ends in `.gz`: a row per time at which any channel
-/// has a sample, an empty cell where a channel has none. Every number reads back to the same f64.
-///
-/// # Errors
-/// [`RecordingError::BadChannel`] for what would not read back, times too few to read back, the
-/// device's.
-pub fn write_series_csv(recording: &Recording, path: &Path) -> Result<(), RecordingError> {
-    check(recording)?;
-    let mut times = Vec::new();
-    let Ok(()) = for_each_time(recording, |time_s, _| {
-        times.push(time_s);
-        Ok::<(), core::convert::Infallible>(())
-    });
-    // The row of time i stands on line i + 2.
-    check_extent(&file_name(path), &times, &(2..times.len() as u64 + 2).collect::<Vec<_>>())?;
-    let columns: Vec<_> =
-        recording.channels.iter().map(|channel| (channel.name.as_str(), channel.unit.as_str())).collect();
-    write_text(path, &mut |out| {
-        write_header(out, "time [s]", &columns)?;
-        for_each_time(recording, |time_s, values| {
-            write!(out, "{}", Shortest(time_s))?;
-            for value in values {
-                match value {
-                    Some(value) => write!(out, ",{}", Shortest(*value))?,
-                    None => write!(out, ",")?,
-                }
-            }
-            writeln!(out)
-        })
-    })
-}
-
-/// Writes a spectrum in SI, gzipped when the name ends in `.gz`.
-///
-/// # Errors
-/// The device's.
-pub fn write_spectrum_csv(spectrum: &Spectrum, path: &Path) -> Result<(), RecordingError> {
-    let columns: Vec<_> = spectrum.columns.iter().map(|column| (column.name.as_str(), column.unit)).collect();
-    write_text(path, &mut |out| {
-        write_header(out, "frequency [Hz]", &columns)?;
-        write_columns(out, &spectrum.frequency_hz, &spectrum.columns)
-    })
-}
-
-fn write_text(path: &Path, fill: &mut dyn FnMut(&mut dyn Write) -> std::io::Result<()>) -> Result<(), RecordingError> {
-    let gzipped = path.extension().is_some_and(|extension| extension == "gz");
-    replace_stream(path, |file| {
-        if !gzipped {
-            return fill(file);
-        }
-        // Cells one by one would cost a call of the compressor each.
-        let mut text = BufWriter::with_capacity(1 << 16, GzEncoder::new(file, flate2::Compression::default()));
-        fill(&mut text)?;
-        text.into_inner().map_err(std::io::IntoInnerError::into_error)?.finish().map(|_| ())
-    })
-}
-
-fn write_header(out: &mut dyn Write, first: &str, columns: &[(&str, &str)]) -> std::io::Result<()> {
-    write!(out, "{first}")?;
-    for (name, unit) in columns {
-        // A name with a comma in it came out of quotes and goes back into them.
-        let quote = if name.contains(',') { "\"" } else { "" };
-        write!(out, ",{quote}{name} [{unit}]{quote}")?;
-    }
-    writeln!(out)
-}
-
-fn write_columns(out: &mut dyn Write, first: &[f64], columns: &[Column]) -> std::io::Result<()> {
-    for (i, value) in first.iter().enumerate() {
-        write!(out, "{}", Shortest(*value))?;
-        for column in columns {
-            write!(out, ",{}", Shortest(column.values[i]))?;
-        }
-        writeln!(out)?;
-    }
-    Ok(())
-}
-
-/// The fewest digits that read back to the same f64, with an exponent where zeros would be longer.
-struct Shortest(f64);
-
-impl core::fmt::Display for Shortest {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let value = self.0;
-        if value == 0.0 || (1e-5..1e16).contains(&value.abs()) { write!(f, "{value}") } else { write!(f, "{value:e}") }
-    }
 }

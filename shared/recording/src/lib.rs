@@ -219,6 +219,8 @@ pub static FORMATS: &[&dyn Format] = &[
     &containers::NPY,
     #[cfg(feature = "foreign")]
     &containers::PARQUET,
+    #[cfg(feature = "foreign")]
+    &containers::JSON,
     &uff::Uff,
     &csv::Csv,
 ];
@@ -277,7 +279,7 @@ pub(crate) fn listed(imported: Imported) -> Result<Vec<ListedDataset>, Recording
 /// Formats that are read, for the error of a file of another.
 #[cfg(feature = "foreign")]
 const READ: &str =
-    "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet";
+    "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ, Parquet or JSON";
 /// What to give to a program that was built without the readers of other programs' files.
 #[cfg(not(feature = "foreign"))]
 const READ: &str = "this partition reads CSV, UFF and obsid's own MCAP; `obsid replay` without --images reads more";

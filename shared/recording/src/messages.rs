@@ -2,6 +2,7 @@
 
 mod definition;
 mod json;
+pub(crate) mod json_file;
 mod left_out;
 mod protobuf;
 mod ros;

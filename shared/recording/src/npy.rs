@@ -85,8 +85,13 @@ impl Kind {
 
 impl Field {
     fn read(self, data: &[u8], stride: usize, array: &str, shape: &[usize], column_major: bool, arrays: &mut Arrays) {
-        let (group, name) =
-            if self.name.is_empty() { (String::new(), array.into()) } else { (array.into(), self.name.clone()) };
+        // `imu/t` of an archive is in a group
+        let path = array.replace('/', ".");
+        let (group, name) = match path.rsplit_once('.') {
+            _ if !self.name.is_empty() => (path, self.name.clone()),
+            Some((group, name)) => (group.to_owned(), name.to_owned()),
+            None => (String::new(), path),
+        };
         if let Kind::Other(reason) = self.kind {
             arrays.leave_out(joined(&group, &name), reason);
             return;

@@ -77,6 +77,28 @@ impl Rows {
         self.first.len()
     }
 
+    /// Drops the columns of a time record that have neither a sample nor a unit, unless all are
+    /// such; gives their names. A unit makes a channel that was silent.
+    pub fn leave_out_empty(&mut self) -> Vec<String> {
+        let has_sample = |values: &Vec<f64>| values.iter().any(|value| !value.is_nan());
+        let is_channel = |(column, values): (&Column, &Vec<f64>)| !column.unit_in_file.is_empty() || has_sample(values);
+        let filled: Vec<bool> = self.source.iter().zip(&self.values).map(is_channel).collect();
+        if self.axis == Axis::Frequency || filled.iter().all(|filled| !filled) {
+            return Vec::new();
+        }
+        let empty = self.source.iter().zip(&filled).filter(|(_, filled)| !**filled);
+        let names = empty.map(|(column, _)| format!("`{}` (empty)", column.name)).collect();
+        let kept = |column: usize| filled[column];
+        retain(&mut self.source, &kept);
+        retain(&mut self.values, &kept);
+        if let Some((first, mut others)) = self.positions.split_first().map(|(first, others)| (*first, others.to_vec()))
+        {
+            retain(&mut others, &kept);
+            self.positions = core::iter::once(first).chain(others).collect();
+        }
+        names
+    }
+
     fn place(&self, line: u64, column: usize) -> Box<Place> {
         let name = match (column, self.axis, &self.first_header) {
             (0, _, Some(header)) => header.clone(),

@@ -4,6 +4,7 @@ pub(crate) mod at_most;
 pub(crate) mod cells;
 pub(crate) mod dialect;
 pub(crate) mod encoding;
+mod header;
 pub(crate) mod lines;
 pub(crate) mod stamps;
 

@@ -85,6 +85,11 @@ pub(crate) fn rank(name: &str) -> Option<u8> {
     }
 }
 
+/// Whether a word for time is among those of a name.
+pub(crate) fn has_word(name: &str) -> bool {
+    words_of(name).split(' ').any(|word| TIMES.contains(&word))
+}
+
 /// A word that names seconds in full, and nothing shorter than `sec`.
 fn is_of_seconds(word: &str, unit: Unit) -> bool {
     unit.si == "s" && unit.to_si(1.0) == 1.0 && word.chars().count() > 2

@@ -44,7 +44,7 @@ impl ListedDataset {
                 name: channel.name.clone(),
                 unit: unit_named(unit).map(|_| unit.to_owned()).filter(|unit| !unit.is_empty()),
                 samples: channel.value.len(),
-                rate_hz: channel.interval_s().map(|interval_s| 1.0 / interval_s),
+                rate_hz: channel.rate_hz(),
                 start_s: channel.time_s.first().map(|time| time + set.origin_s as f64),
                 end_s: channel.time_s.last().map(|time| time + set.origin_s as f64),
             }
@@ -88,7 +88,7 @@ impl ListedDataset {
             let samples = column.values.iter().filter(|value| !value.is_nan()).count();
             let (start_s, end_s) = (times.first().copied(), times.last().copied());
             let of = Channel::new("", "", times, Vec::new());
-            let rate_hz = of.interval_s().map(|interval_s| 1.0 / interval_s);
+            let rate_hz = of.rate_hz();
             ListedChannel { name: column.name.clone(), unit: column.unit.clone(), samples, rate_hz, start_s, end_s }
         };
         let columns = dataset.columns.iter().enumerate().filter(|(at, _)| Some(*at) != clock);

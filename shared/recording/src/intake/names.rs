@@ -47,6 +47,10 @@ pub(crate) fn heading(text: &str) -> Heading {
             return stated(name, unit);
         }
     }
+    // `Rate,rad/s` in a file that no comma divides
+    if let Some((name, unit)) = text.split_once(',').filter(|(name, unit)| known(unit) && !name.trim().is_empty()) {
+        return stated(name, unit);
+    }
     let unit = ending(&text);
     Heading { name: text, unit }
 }

@@ -265,8 +265,29 @@ fn clock_by_name(
     };
     let ranked = columns.iter().enumerate().filter(|(_, column)| usable(column));
     let best = ranked.filter_map(|(at, column)| Some((rank(at, column)?, at))).min();
-    let Some((_, at)) = best else { return Ok(None) };
-    clock_at(source, columns, at, None, notes).map(Some)
+    match best {
+        Some((_, at)) => clock_at(source, columns, at, None, notes).map(Some),
+        None => rising_clock(source, columns, notes),
+    }
+}
+
+/// The one column with a word for time in its name whose numbers rise from row to row: `time_imu`.
+fn rising_clock(
+    source: &Source<'_>,
+    columns: &[Column<'_>],
+    notes: &mut Vec<String>,
+) -> Result<Option<Clock>, RecordingError> {
+    let rises = |column: &Column<'_>| {
+        column.seen.sample.len() > 1 && column.seen.sample.is_sorted_by(|before, after| before < after)
+    };
+    let is_clock = |column: &Column<'_>| {
+        column.seen.kind == Kind::Number && clock::has_word(&column.heading.name) && rises(column)
+    };
+    let mut clocks = columns.iter().enumerate().filter(|(_, column)| is_clock(column));
+    let (Some((at, column)), None) = (clocks.next(), clocks.next()) else { return Ok(None) };
+    let clock = clock_at(source, columns, at, None, notes)?;
+    notes.push(format!("`{}` is taken for the times: its name and its rising numbers say so", column.heading.name));
+    Ok(Some(clock))
 }
 
 fn clock_at(
@@ -332,13 +353,18 @@ fn no_time(source: &Source<'_>, columns: &[Column<'_>]) -> RecordingError {
     let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
     let nameless = names.iter().all(String::is_empty);
     let first = columns.first().map_or("", |column| column.seen.header.as_str());
+    let is_number = |at: &usize| columns[*at].seen.kind == Kind::Number;
+    let example = (0..columns.len()).find(is_number).unwrap_or(0);
     let cure = if nameless {
-        "the file has no header: name the columns by their numbers, as in --time-column 1:s --channel 'angle = 2 [rad]'"
-            .into()
+        format!(
+            "the file has no header: name the columns by their numbers, as in --time-column {}:s --channel 'angle = {} [rad]'",
+            example + 1,
+            example + 2
+        )
     } else {
         format!(
             "say which column holds the times, as in --time-column {}:s, or the rate of the rows, --time-column row:100Hz; columns: {}",
-            names.first().map_or("NAME".into(), |name| printable(name)),
+            names.get(example).map_or("NAME".into(), |name| printable(name)),
             listed(&names)
         )
     };

@@ -64,7 +64,8 @@ pub(crate) fn decode(units: &Units, message: &[u8], rows: &mut Rows) -> Result<(
     Node(rows, units).deserialize(&mut text).and_then(|()| text.end()).map_err(|error| error.to_string())
 }
 
-struct Node<'r>(&'r mut Rows, &'r Units);
+/// A value of a message, with the units of its schema.
+pub(super) struct Node<'r>(pub &'r mut Rows, pub &'r Units);
 
 impl Node<'_> {
     fn number(self, value: f64) {
@@ -107,8 +108,10 @@ impl<'de> Visitor<'de> for Node<'_> {
         Ok(())
     }
 
-    fn visit_str<E>(self, _: &str) -> Result<(), E> {
-        self.0.leave_out(Reason::Text);
+    fn visit_str<E>(self, text: &str) -> Result<(), E> {
+        if !self.0.stamp_in_text(text) {
+            self.0.leave_out(Reason::Text);
+        }
         Ok(())
     }
 

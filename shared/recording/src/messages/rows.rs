@@ -5,7 +5,9 @@
 
 use super::left_out::{LeftOut, Reason};
 use crate::dataset::{Axis, RawColumn, RawDataset};
+use crate::intake::clock;
 use crate::intake::origin::{if_any, rest_of_seconds};
+use crate::text::stamps::{Form, Stamp};
 use std::collections::HashMap;
 
 /// Nanoseconds in a second, for stamps.
@@ -88,9 +90,29 @@ pub(crate) struct Rows {
     row: Vec<(usize, f64)>,
     row_arrays: Vec<(usize, usize)>,
     row_stamp: Option<u64>,
+    /// A text with a date and a time states the time of its row.
+    stamps_in_text: bool,
 }
 
 impl Rows {
+    /// Rows whose times may be texts.
+    pub fn with_stamps_in_text() -> Self {
+        Rows { stamps_in_text: true, ..Rows::default() }
+    }
+
+    /// Takes the text at the current place for the time of the row, if it is a date and a time and
+    /// the field is called as a clock is.
+    pub fn stamp_in_text(&mut self, text: &str) -> bool {
+        if !self.stamps_in_text || clock::rank(self.path.rsplit('.').next().unwrap_or_default()).is_none() {
+            return false;
+        }
+        let form = Form::of([text].into_iter()).filter(|form| matches!(form, Form::DateTime(_)));
+        let Some(ns) = form.and_then(|form| form.read(text)).and_then(Stamp::since_1970_ns) else { return false };
+        let name = self.path.clone();
+        self.stamp(&name, ns);
+        true
+    }
+
     /// Goes into the field `name`; gives what [`Rows::leave`] needs.
     pub fn enter(&mut self, name: &str) -> usize {
         let mark = self.path.len();
@@ -248,6 +270,18 @@ impl Rows {
             notes.push(format!("{} messages are not read; the first: {}", self.unread, self.first_unread));
         }
         RawDataset { name, columns, axis: Axis::Time(0), notes }
+    }
+
+    /// Rows in the order in which they were committed; their times are those that they state, if
+    /// any.
+    pub fn into_table(self, name: String) -> RawDataset {
+        let stated = !self.stamp_name.is_empty() && self.stamps_ns.iter().all(Option::is_some);
+        let mut dataset = self.into_dataset(name);
+        if !stated {
+            dataset.columns.remove(0);
+            dataset.axis = Axis::Unknown;
+        }
+        dataset
     }
 
     /// The rows by time of logging, where they do not lie so.

@@ -87,6 +87,11 @@ impl<'a> Cells<'a> {
         self.record.len() < self.width || !is_time
     }
 
+    /// A cell of the line that was read last; empty where the line is shorter.
+    pub fn text_at(&self, at: usize) -> String {
+        self.record.get(at).map(text_of).unwrap_or_default()
+    }
+
     fn split(&mut self, text: &[u8]) {
         self.record.clear();
         // a tab at the beginning is the end of an empty cell, not a blank

@@ -5,10 +5,8 @@
 //! above it is header, units and remarks.
 
 use super::encoding::text_of;
+use super::header::Above;
 use super::stamps::Form;
-use crate::intake::clock::rank;
-use crate::intake::names::heading;
-use crate::units::unit_named;
 
 /// Separator and decimal sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,16 +66,22 @@ pub(crate) fn is_missing(cell: &str) -> bool {
         )
 }
 
-/// The number that a cell states.
+/// The number that a cell states; of a truth value 1 or 0.
 pub(crate) fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
-    let cell = cell.trim();
+    // an apostrophe makes a number a text to a spreadsheet
+    let cell = cell.trim().trim_matches('\'');
     let unsigned = cell.strip_prefix(['-', '+']).unwrap_or(cell);
     // not `inf`, `nan`, `-inf`, which the parser takes
     if !unsigned.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | ',')) {
-        return None;
+        return truth(cell);
     }
     if let Ok(number) = cell.parse() {
         return Some(number);
+    }
+    let (point, group) = if decimal_comma { (',', '.') } else { ('.', ',') };
+    if let Some(plain) = without_thousands(unsigned, point, group) {
+        let sign = if cell.starts_with('-') { -1.0 } else { 1.0 };
+        return plain.parse::<f64>().ok().map(|number| sign * number);
     }
     if decimal_comma && cell.contains(',') && !cell.contains('.') {
         return cell.replacen(',', ".", 1).parse().ok();
@@ -85,6 +89,25 @@ pub(crate) fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
     // Fortran's double precision
     let plain = cell.contains(['D', 'd']).then(|| cell.replace(['D', 'd'], "e"))?;
     plain.parse().ok()
+}
+
+fn truth(cell: &str) -> Option<f64> {
+    let is = |word| cell.eq_ignore_ascii_case(word);
+    if is("true") { Some(1.0) } else { is("false").then_some(0.0) }
+}
+
+/// A number whose thousands are divided by `group` or an apostrophe, with a decimal point. One
+/// `group` without a point may be a decimal sign: that is none.
+fn without_thousands(unsigned: &str, point: char, group: char) -> Option<String> {
+    let (whole, part) = unsigned.split_once(point).unwrap_or((unsigned, ""));
+    let divides = |c: char| c == group || matches!(c, '\'' | '’' | '\u{a0}' | '\u{202f}');
+    let sign = whole.chars().find(|c| divides(*c))?;
+    let groups: Vec<&str> = whole.split(sign).collect();
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let first = (1..=3).contains(&groups[0].len()) && digits(groups[0]) && !groups[0].starts_with('0');
+    let others = groups[1..].iter().all(|group| group.len() == 3 && digits(group));
+    let certain = sign != group || groups.len() > 2 || !part.is_empty();
+    (first && others && digits(part) && certain).then(|| format!("{}.{part}", groups.concat()))
 }
 
 impl Dialect {
@@ -195,73 +218,27 @@ fn laid_out(ahead: &[(u64, String)], dialect: Dialect) -> Option<Layout> {
     let rows: Vec<Vec<String>> =
         split.iter().filter(|(at, cells)| at >= first && is_row(cells)).map(|(_, cells)| cells.clone()).collect();
     let above = Above::of(&ahead[..*first], dialect, width);
-    let header_line = above.header.as_ref().map_or(ahead[*first].0, |(line, _)| *line);
-    let mut header = above.header.map(|(_, cells)| cells).unwrap_or_default();
+    let header_line = above.names.as_ref().map_or(ahead[*first].0, |(line, _)| *line);
+    let mut header = above.names.map(|(_, cells)| cells).unwrap_or_default();
     // a column of remarks of which there are none has no cells
     let widest = rows.iter().map(Vec::len).max().unwrap_or(0);
     if header.len() == widest + 1 && header.last().is_some_and(|name| is_of_remarks(name)) {
         header.pop();
     }
+    if header.len() + 1 == widest && begins_with_row_names(&rows) {
+        header.insert(0, String::new());
+    }
     let (units, first_line, remarks) = (above.units, ahead[*first].0, above.remarks);
     Some(Layout { dialect, header_line, header, units, first_line, rows, remarks })
+}
+
+/// Whether a row begins with its name or its number from 1, for which R writes no header.
+fn begins_with_row_names(rows: &[Vec<String>]) -> bool {
+    let lead = |row: &Vec<String>| row.first().and_then(|cell| number(cell, false));
+    rows.len() > 1 && rows.iter().enumerate().all(|(k, row)| lead(row).is_none_or(|number| number == (k + 1) as f64))
 }
 
 /// A column for what an operator writes beside a row.
 fn is_of_remarks(name: &str) -> bool {
     matches!(name.trim().to_lowercase().as_str(), "comment" | "comments" | "remark" | "remarks" | "kommentar" | "note")
-}
-
-/// What stands above the first row.
-struct Above {
-    header: Option<(u64, Vec<String>)>,
-    units: Vec<String>,
-    remarks: usize,
-}
-
-impl Above {
-    fn of(lines: &[(u64, String)], dialect: Dialect, width: usize) -> Self {
-        // a trailing separator, or a name less for a column without one
-        let fits = |cells: &Vec<String>| {
-            let named = cells.iter().filter(|cell| !cell.is_empty()).count();
-            cells.len() <= width + 1 && cells.len() + 1 >= width && named > 0 && (named > 1 || width <= 2)
-        };
-        let cells_of = |text: &str| {
-            let marked = text.trim_start().trim_start_matches('\u{feff}');
-            dialect.split_quoted(if is_remark(marked) {
-                marked.trim_start_matches(['#', '%']).trim_start()
-            } else {
-                marked
-            })
-        };
-        let mut candidates: Vec<(u64, Vec<String>)> =
-            lines.iter().map(|(line, text)| (*line, cells_of(text))).filter(|(_, cells)| fits(cells)).collect();
-        let unmarked = lines.iter().filter(|(_, text)| !is_remark(text)).count();
-        let last = candidates.pop();
-        let units_below =
-            (last.as_ref().zip(candidates.last())).is_some_and(|((_, below), (_, names))| are_units(below, names));
-        let (header, units) = if units_below {
-            (named(candidates), last.map(|(_, cells)| cells).unwrap_or_default())
-        } else {
-            (last, Vec::new())
-        };
-        let used = usize::from(header.is_some()) + usize::from(!units.is_empty());
-        Above { header, units, remarks: unmarked.saturating_sub(used) }
-    }
-}
-
-/// Of the lines above one of units that of the names: the one with the best name of a clock, of
-/// equals the nearest. Loggers write names, descriptions and units, in this order.
-fn named(lines: Vec<(u64, Vec<String>)>) -> Option<(u64, Vec<String>)> {
-    let clock = |cells: &[String]| cells.iter().filter_map(|cell| rank(&heading(cell).name)).min().unwrap_or(u8::MAX);
-    lines.into_iter().rev().min_by_key(|(_, cells)| clock(cells))
-}
-
-/// A line is one of units: half of its cells are units that are known, and more than of the line
-/// above it. A unit that is not known costs its own column alone.
-fn are_units(below: &[String], above: &[String]) -> bool {
-    let stated = |cells: &[String]| cells.iter().filter(|cell| !cell.trim().is_empty()).count();
-    let known =
-        |cells: &[String]| cells.iter().filter(|cell| !cell.trim().is_empty() && unit_named(cell).is_some()).count();
-    let units = known(below);
-    units > 0 && 2 * units >= stated(below) && units > known(above)
 }

@@ -13,7 +13,7 @@ const AHEAD_BYTES: usize = 1 << 20;
 /// Lines of a source. A quoted cell ends with its line, as every cell of this format does.
 pub(crate) struct Lines<R> {
     source: R,
-    gzipped: bool,
+    pub gzipped: bool,
     /// Looked at and not yet taken.
     ahead: VecDeque<(u64, Vec<u8>)>,
     /// Lines read from the source.

@@ -121,6 +121,11 @@ impl Stamp {
         ((self.day - day) * DAY_NS + self.within_ns) as f64 / 1e9
     }
 
+    /// Nanoseconds since 1970; `None` before.
+    pub fn since_1970_ns(self) -> Option<u64> {
+        u64::try_from(self.day.checked_mul(DAY_NS)?.checked_add(self.within_ns)?).ok()
+    }
+
     /// The day as text.
     pub fn day_text(self) -> String {
         let date = jiff::civil::date(1970, 1, 1).checked_add(jiff::Span::new().days(self.day));

@@ -21,6 +21,7 @@ mod replay_tables;
 mod run_channels;
 mod samples;
 mod series;
+mod shapes;
 mod spectra_and_segments;
 mod stamps;
 mod tables;
