@@ -16,15 +16,16 @@
 //! | `timing`, `exact` | inputs between their samples; numbers that are stated as exact |
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
 //! | `screen`, `propose` | the catalogue about a model; what is worth a fit |
-//! | `temper`, `predict` | what a gain is worth where innovations remember; held-out data in nats |
+//! | `temper`, `predict`, `learned` | what a gain is worth where innovations remember; held-out data in nats |
 //! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
 //! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
-//! | `law` | what no entry describes |
+//! | `alias`, `law` | models that are the same on a record; what no entry describes |
 //! | `labels` | recordings as labelled against corrected ones |
 //! | `decide`, `answer` | every constant, the verdict; the diagnosis |
 //!
 //! Not built: latent inputs, the share of coloured noise beside white one.
 
+mod alias;
 mod answer;
 mod decide;
 mod exact;
@@ -33,6 +34,7 @@ mod horizon;
 mod hypothesis;
 pub mod labels;
 mod law;
+mod learned;
 mod marginal;
 mod model;
 mod noise;

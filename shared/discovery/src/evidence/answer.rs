@@ -4,6 +4,7 @@ mod effects;
 mod figures;
 mod numbers;
 
+use super::alias::classes;
 use super::decide::{Class, Decision, Weighted, decide};
 use super::horizon::{Compared, Horizons};
 use super::hypothesis::{Hypothesis, name_of};
@@ -63,10 +64,11 @@ pub(super) fn answered(
 ) -> Diagnosis {
     let weights = pool.weights();
     let mut names = Names { list: Vec::new() };
-    let models: Vec<Weighted> = (pool.entries.iter().zip(&weights))
-        .map(|(entry, weight)| {
+    let classes = classes(Ground { session }, pool, &weights);
+    let models: Vec<Weighted> = (pool.entries.iter().zip(&weights).zip(classes))
+        .map(|((entry, weight), class)| {
             let rank = rank(&entry.model);
-            Weighted { members: names.members(&entry.model), weight: *weight, rank }
+            Weighted { members: names.members(&entry.model), weight: *weight, rank, class }
         })
         .collect();
     let best = &pool.entries[pool.best()].model;
@@ -140,7 +142,8 @@ impl Shown<'_> {
             Verdict::None | Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming
         );
         match self.law {
-            Some(Law { kind: Kind::Instead, .. }) => Verdict::NotInCatalogue,
+            Some(Law { kind: Kind::Instead | Kind::Larger { is_of_time: false }, .. }) => Verdict::NotInCatalogue,
+            Some(Law { kind: Kind::Larger { is_of_time: true }, .. }) => Verdict::CannotDecide,
             // energy that no law takes up and that moves nothing beyond the noise is noise
             Some(Law { kind: Kind::Coloured, .. }) if is_quiet && self.leaves_more_than_noise() => {
                 Verdict::CannotDecide
@@ -163,8 +166,15 @@ impl Shown<'_> {
         self.compared.as_ref().is_some_and(|compared| !compared.is_worth_adding(self.worth))
     }
 
+    /// Names are told, be it beside a law that is larger.
     fn has_effects(&self) -> bool {
-        matches!(self.verdict(), Verdict::Named | Verdict::Sensor | Verdict::NotSeparable)
+        let named = [Verdict::Named, Verdict::Sensor, Verdict::NotSeparable];
+        named.contains(&self.verdict()) || self.is_smaller() && named.contains(&self.decision.verdict)
+    }
+
+    /// The names have less evidence than what they leave.
+    fn is_smaller(&self) -> bool {
+        self.law.is_some_and(|law| matches!(law.kind, Kind::Larger { .. }))
     }
 
     /// On held-out recordings, where there are any; else on blocks of the fitted ones.
@@ -258,6 +268,9 @@ impl Shown<'_> {
         let odds = self.pool.log_odds(self.decision.leader);
         let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
         let reason = match self.verdict() {
+            Verdict::NotInCatalogue | Verdict::CannotDecide if self.is_smaller() => {
+                format!("{key}: {odds:.1} nats ahead of the plant alone, and more is left")
+            }
             Verdict::NotInCatalogue | Verdict::CannotDecide => {
                 return self.law.map_or(String::new(), |law| format!("{}{}", law.words, self.remainder()));
             }

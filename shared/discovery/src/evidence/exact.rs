@@ -6,10 +6,10 @@
 //!
 //! | stated | standard deviation of the freed number |
 //! |---|---|
-//! | a value v | [`EXACT_SHARE`] of v, ten times ([`CONFLICT_FACTOR`]) |
+//! | a value v | [`EXACT_SHARE`] of v |
 //! | no damping | [`DAMPING_RATIO`], in the unit of the number |
 
-use super::decide::{CONFLICT_FACTOR, DAMPING_RATIO, EXACT_SHARE};
+use super::decide::{DAMPING_RATIO, EXACT_SHARE};
 use dynamics::description::{Plant, TankModel};
 
 /// An exact number, its value and its standard deviation once it is free.
@@ -46,7 +46,7 @@ pub(super) fn exact(plant: &Plant) -> Vec<Exact> {
     all.filter_map(|parameter| {
         let value = parameter.value;
         let sigma = if value > 0.0 {
-            CONFLICT_FACTOR * EXACT_SHARE * value
+            EXACT_SHARE * value
         } else if parameter.name.contains(".damping") {
             damping(&parameter.name)
         } else {

@@ -14,8 +14,10 @@ use identification::held_out::{Status, instants};
 pub(super) enum Kind {
     /// A law alone is ahead of the leading model.
     Instead,
-    /// A law is left beside the names.
+    /// A law is left beside the names, of less evidence than they have.
     Beside,
+    /// Of more; over time alone anything is smooth: a disturbance, or a law.
+    Larger { is_of_time: bool },
     /// Energy in a bin of time and frequency, of no known law.
     Coloured,
     /// Single readings alone.
@@ -61,7 +63,12 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
         return Some(law(ground, kind, words(nats, &found), &found));
     }
     match beside {
-        Some((nats, found)) => Some(law(ground, Kind::Beside, format!("beside that, {}", words(nats, &found)), &found)),
+        Some((nats, found)) => {
+            // the greater part of what is missing is of no law that the names describe
+            let larger = Kind::Larger { is_of_time: found.place.is_of_time() };
+            let kind = if nats > pool.log_odds_here(best) { larger } else { Kind::Beside };
+            Some(law(ground, kind, format!("beside that, {}", words(nats, &found)), &found))
+        }
         None => rest(),
     }
 }

@@ -39,9 +39,8 @@ pub(super) struct Pool {
     pub log_m: f64,
     /// Parts that each step of integration was taken in.
     pub parts: usize,
-    /// Keys of all sets that were tried, and of hypotheses that held-out data reject.
+    /// Keys of all sets that were tried.
     pub seen: BTreeSet<String>,
-    pub refused: BTreeSet<String>,
     /// Work of the dearest fit.
     pub dearest: f64,
 }
@@ -54,7 +53,7 @@ pub(super) fn without_colour(set: &[Hypothesis]) -> Vec<Hypothesis> {
 impl Pool {
     /// Evidence and held-out nats of an entry with the prior of its set, before tempering.
     pub(super) fn score(&self, entry: &Entry) -> f64 {
-        let held_out = entry.held_out.as_ref().map_or(0.0, |own| own.terms.sum() + own.log_width);
+        let held_out = entry.held_out.as_ref().map_or(0.0, HeldOut::log_evidence);
         entry.model.log_marginal + held_out - self.log_m * entry.model.set.len() as f64
     }
 
@@ -70,8 +69,8 @@ impl Pool {
                 ahead += counts - whole;
             }
             // a plant that does not survive what another one predicts
-            (Some(own), None) => ahead -= own.terms.sum() + own.log_width,
-            (None, Some(other)) => ahead += other.terms.sum() + other.log_width,
+            (Some(own), None) => ahead -= own.log_evidence(),
+            (None, Some(other)) => ahead += other.log_evidence(),
             (None, None) => {}
         }
         ahead

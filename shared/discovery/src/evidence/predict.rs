@@ -1,5 +1,5 @@
-//! Held-out data in the same nats: a model with its numbers frozen, noise of greatest posterior for
-//! each record of its own.
+//! Held-out data in the same nats: a model with its numbers as the fitted recordings leave them,
+//! noise of greatest posterior for each record of its own.
 //!
 //! The poorer model's disturbance on the fitted record is large and would follow anything; carried
 //! over it would make every law look worse than none. Numbers of one recording are fitted on it, as
@@ -8,6 +8,7 @@
 use super::decide::{Class, HELD_OUT_SIGMA};
 use super::horizon::{Compared, Horizons};
 use super::hypothesis::Hypothesis;
+use super::learned::{At, learned};
 use super::model::{Ground, Model};
 use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;
@@ -28,12 +29,20 @@ pub(super) struct HeldOut {
     block_s: f64,
     /// `ln` of the noise's share of the evidence there.
     pub log_width: f64,
+    /// Nats of the numbers' widths, as the fitted recordings leave them.
+    learned: f64,
     pub free: Vec<ChannelFit>,
     horizons: Option<Horizons>,
 }
 
 impl HeldOut {
-    /// Nats ahead of `other`, in blocks of time.
+    /// `ln p` of these data given the fitted ones, up to a constant of the data.
+    pub(super) fn log_evidence(&self) -> f64 {
+        self.terms.sum() + self.log_width + self.learned
+    }
+
+    /// Nats ahead of `other`, in blocks of time, numbers held where the fitted recordings leave
+    /// them.
     pub(super) fn gain(&self, other: &Self) -> Gain {
         let own = self.terms.times_s.iter().zip(&self.terms.log_likelihood).zip(&other.terms.log_likelihood);
         let gain = blocks(&own.map(|((t, a), b)| (*t, a - b)).collect::<Vec<_>>(), self.block_s);
@@ -52,7 +61,8 @@ impl HeldOut {
         let gain = self.gain(other);
         let moves = set.iter().any(|own| own.class() == Class::Physics);
         let compared = if moves { self.beside(other) } else { None };
-        let loses = gain.loglik_gain + HELD_OUT_SIGMA * gain.gain_se < 0.0;
+        let learned = self.learned - other.learned;
+        let loses = gain.loglik_gain + learned + HELD_OUT_SIGMA * gain.gain_se < 0.0;
         let comes_nearer = compared.as_ref().is_some_and(Compared::is_better);
         loses && !comes_nearer || compared.is_some_and(|compared| compared.is_worse())
     }
@@ -84,7 +94,9 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let terms = Instants::new(&session, &linearised.linears, &noise)?;
     let horizons = Horizons::new(&session, &linearised.linears, &noise, &blank.noise);
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
-    Some(HeldOut { terms, block_s: block_s(&session), log_width, free, horizons })
+    let at = At { own: (&problem.unknowns, &theta), noise: &noise, log_likelihood: terms.sum() };
+    let learned = learned(ground, (other, &blank), model, &at).unwrap_or(0.0);
+    Some(HeldOut { terms, block_s: block_s(&session), log_width, learned, free, horizons })
 }
 
 /// `plant` with its shared numbers known as fitted, except those that the recordings did not tell.

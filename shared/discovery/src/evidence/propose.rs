@@ -5,7 +5,7 @@
 //! all these columns; groups are one law at all like sites; a number in conflict with its file has
 //! a closed form, as the pole of a channel has from the slope along it.
 
-use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR, SHIFT_SIGMA};
+use super::decide::{CONFLICT_FACTOR, POLE_PRIOR, SHIFT_SIGMA};
 use super::exact_columns;
 use super::hypothesis::{Hypothesis, Part};
 use super::marginal::{Bound, log_marginal};
@@ -22,7 +22,8 @@ use identification::fit::{EstimationSession, Normal};
 const LAWS_MAX: usize = 12;
 const SINGLES_MAX: usize = 6;
 const PAIRS_FITTED_MAX: usize = 2;
-const PAIRED_MAX: usize = 6;
+const PAIRS_EVALUATED_MAX: usize = 3;
+const PAIRED_MAX: usize = 40;
 const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
 const KIN_MAX: usize = 4;
@@ -62,7 +63,7 @@ pub(super) fn proposals(
     let mut relatives = look.parents(&singles, bare);
     relatives.extend(look.kin(&singles, bare));
     let mut list = look.groups(&singles, bare, best);
-    list.extend(look.pairs(&singles, best + log_m + libm::log(LEVEL / (1.0 - LEVEL))));
+    list.extend(look.pairs(bare, best + log_m));
     let worth = WORTH.max(WORTH_SHARE * best);
     let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
     list.extend(worthy.by_ref().take(SINGLES_MAX));
@@ -189,22 +190,24 @@ impl Look<'_> {
         kinds.iter().filter_map(group).filter(|own| own.log_bayes > best.max(WORTH)).take(GROUPS_MAX).collect()
     }
 
-    /// Pairs from the normal equations of all columns, under either noise.
-    fn pairs(&self, singles: &[Linear], least: f64) -> Vec<Proposal> {
-        let few: Vec<&Rated> = singles.iter().take(PAIRED_MAX).map(|own| &self.screened.rated[own.place]).collect();
-        let mut found: Vec<(f64, [usize; 2])> = Vec::new();
+    /// Pairs from the normal equations of all laws, however little one explains alone: the best
+    /// under each noise that explain more than `least` once it is free.
+    fn pairs(&self, bare: f64, least: f64) -> Vec<Proposal> {
+        let few: Vec<&Rated> = self.screened.rated.iter().take(PAIRED_MAX).collect();
+        let mut known: Vec<[usize; 2]> = Vec::new();
+        let mut sets: Vec<Proposal> = Vec::new();
         for noise in &self.screened.noises {
-            for (log_bayes, pair) in self.ranked(&few, noise).unwrap_or_default() {
-                match found.iter_mut().find(|(_, own)| *own == pair) {
-                    Some(own) => own.0 = own.0.max(log_bayes),
-                    None => found.push((log_bayes, pair)),
-                }
-            }
+            let mut found = self.ranked(&few, noise).unwrap_or_default();
+            found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let worthy = found.into_iter().filter(|(log_bayes, _)| *log_bayes > least).map(|(_, pair)| pair);
+            let new: Vec<[usize; 2]> = worthy.take(PAIRS_EVALUATED_MAX).filter(|pair| !known.contains(pair)).collect();
+            sets.extend(new.iter().filter_map(|[a, b]| self.set(&[few[*a], few[*b]], bare, false)));
+            known.extend(new);
         }
-        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let Some(bare) = self.bare() else { return Vec::new() };
-        let sets = found.into_iter().filter(|(log_bayes, _)| *log_bayes > least).take(PAIRS_FITTED_MAX);
-        sets.filter_map(|(_, [a, b])| self.set(&[few[a], few[b]], bare, false)).collect()
+        sets.retain(|own| own.log_bayes > least);
+        sets.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        sets.truncate(PAIRS_FITTED_MAX);
+        sets
     }
 
     /// `ln B` of every pair of `few` under one noise.

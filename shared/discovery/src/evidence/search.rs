@@ -8,9 +8,10 @@
 //! where its evidence stays as its steps of integration are halved; else the whole pool moves to
 //! finer steps.
 
+use super::alias::apart;
 use super::decide::{PRIOR_ODDS, SAME};
 use super::exact::exact;
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, InnerPrior, unknown_of};
 use super::model::{Ground, Model, fitted, key, settled};
 use super::pool::{Entry, Open, Pool, without_colour};
 use super::predict::predicted;
@@ -24,6 +25,8 @@ use std::collections::BTreeSet;
 
 /// Models that are expanded at most. A budget.
 const EXPANSIONS_MAX: usize = 8;
+/// Standard errors of a frequency or an order from which another start is another maximum.
+const MODE_SIGMA: f64 = 5.0;
 /// Parts of a step of integration at most, and change of an evidence from which steps are halved:
 /// one nat, as [`SAME`].
 const PARTS_MAX: usize = 8;
@@ -44,7 +47,6 @@ pub(super) fn searched(
         log_m: 0.0,
         parts: 1,
         seen: BTreeSet::from([bare.key()]),
-        refused: BTreeSet::new(),
         dearest: 0.0,
     };
     let mut own = session.clone();
@@ -117,19 +119,14 @@ impl Pool {
         let each = self.dearest.max(SET_ROUNDS * ground.session.round_work());
         ground.session.work.plan_now(each * list.len() as f64);
         for Proposal { set, noise, .. } in list {
-            let keys: Vec<String> = set.iter().map(|own| own.key(&model.problem.plant)).collect();
-            if keys.iter().any(|own| self.refused.contains(own)) {
-                continue;
-            }
             let before = self.entries.len();
             let joined = [&model.set[..], &set].concat();
             // inputs at another time hold none of what is fitted
             let contained = if shift_of(&set).is_some() { f64::INFINITY } else { model.objective };
             self.fit(ground, &joined, (&model, &noise), contained, options);
-            let is_refused = self.entries.get(before).is_some_and(|entry| entry.rejected);
-            if let ([own], true) = (&keys[..], is_refused) {
-                self.refused.insert(own.clone());
-                self.open.push(Open { what: own.clone(), why: "held-out data reject it" });
+            // the set, not its laws: what else is missing turns the estimate of a right law
+            if let Some(entry) = self.entries.get(before).filter(|entry| entry.rejected) {
+                self.open.push(Open { what: entry.model.key(), why: "held-out data reject it" });
             }
         }
         let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
@@ -146,6 +143,8 @@ impl Pool {
         }
     }
 
+    /// Fits a set once, and again from another start of a frequency or an order: these have many
+    /// maxima, and the one that is found while another law is missing need not be that beside it.
     fn fit(
         &mut self,
         ground: Ground<'_>,
@@ -155,18 +154,37 @@ impl Pool {
         options: &Options,
     ) {
         let (name, work) = (key(set, ground.session.problem), &ground.session.work);
-        if self.seen.contains(&name) || !work.allows(self.dearest, "sets of hypotheses") {
+        let starts = starts(set, from);
+        let again = self.seen.contains(&name).then(|| at_starts(&name, &starts));
+        let is_new = again.as_ref().is_none_or(|own| !self.seen.contains(own) && self.is_another_mode(&name, &starts));
+        if !is_new || !work.allows(self.dearest, "sets of hypotheses") {
             return;
         }
-        self.seen.insert(name.clone());
+        self.seen.insert(again.clone().unwrap_or_else(|| name.clone()));
         let begun = work.spent();
         let begin = super::model::Begin { noise, ..from.begin() };
         let found = fitted(ground, set, begin, contained).or_else(|| fitted(ground, set, from.begin(), contained));
-        match found {
-            Some(model) => self.enter(ground, model, options),
-            None => self.open.push(Open { what: name, why: "not fitted" }),
+        match (found, again) {
+            (Some(model), None) => self.enter(ground, model, options),
+            // one mode counts once
+            (Some(model), Some(_)) if self.is_another_mode(&name, &fitted_numbers(&model)) => {
+                self.enter(ground, model, options);
+            }
+            (Some(_), _) => {}
+            (None, _) => self.open.push(Open { what: name, why: "not fitted" }),
         }
         self.dearest = self.dearest.max(work.spent() - begun);
+    }
+
+    /// Fits of the set are in the pool, all of them far from these frequencies and orders.
+    fn is_another_mode(&self, name: &str, numbers: &[SearchedNumber]) -> bool {
+        let own = self.entries.iter().filter(|entry| entry.model.key() == name);
+        let known: Vec<Vec<SearchedNumber>> = own.map(|entry| fitted_numbers(&entry.model)).collect();
+        let is_far = |other: &SearchedNumber| {
+            let own = numbers.iter().find(|own| own.name == other.name);
+            own.is_some_and(|own| (own.value - other.value).abs() > MODE_SIGMA * other.sigma)
+        };
+        !known.is_empty() && known.iter().all(|mode| mode.iter().any(is_far))
     }
 
     /// The evidence of the leader over the bare plant changes by more than a nat as steps are
@@ -219,6 +237,48 @@ impl Pool {
     }
 }
 
+/// A frequency or an order of a set, by the name of its unknown.
+struct SearchedNumber {
+    name: String,
+    value: f64,
+    sigma: f64,
+}
+
+fn searched_numbers(set: &[Hypothesis]) -> impl Iterator<Item = (String, f64)> {
+    set.iter().flat_map(Hypothesis::parts).flat_map(|part| {
+        let all = part.inner.iter().filter(|(_, prior)| matches!(prior, InnerPrior::LogUniform(_)));
+        all.filter_map(|(name, _)| {
+            let candidate = &part.column.candidate;
+            let (_, value) = candidate.inner.iter().find(|(own, _)| own == name)?;
+            Some((unknown_of(candidate, name), *value))
+        })
+    })
+}
+
+/// As they were fitted.
+fn fitted_numbers(model: &Model) -> Vec<SearchedNumber> {
+    let all = searched_numbers(&model.set).filter_map(|(name, _)| {
+        let at = model.problem.unknowns.iter().position(|unknown| unknown.parameter == name)?;
+        Some(SearchedNumber { name, value: model.fit.theta[at], sigma: model.fit.sigma[at] })
+    });
+    all.collect()
+}
+
+/// As a fit that begins at `from` begins at them.
+fn starts(set: &[Hypothesis], from: &Model) -> Vec<SearchedNumber> {
+    let known = fitted_numbers(from);
+    let start = |(name, value): (String, f64)| {
+        let value = known.iter().find(|own| own.name == name).map_or(value, |own| own.value);
+        SearchedNumber { name, value, sigma: 0.0 }
+    };
+    searched_numbers(set).map(start).collect()
+}
+
+/// The key of a set from these starts, to a percent of each.
+fn at_starts(name: &str, starts: &[SearchedNumber]) -> String {
+    starts.iter().fold(name.to_owned(), |key, own| format!("{key} at {:.2e}", own.value))
+}
+
 /// The sets differ in one law, of which the one in `theirs` is a limit of the one in `ours`.
 fn contains(ours: &[Hypothesis], theirs: &[Hypothesis]) -> bool {
     let laws = |set: &[Hypothesis]| -> Vec<(&'static dynamics::effect::Effect, String)> {
@@ -234,16 +294,6 @@ fn contains(ours: &[Hypothesis], theirs: &[Hypothesis]) -> bool {
         ([(child, at)], [(parent, site)]) => at == site && child.limits.iter().any(|limit| limit.kind == parent.kind),
         _ => false,
     }
-}
-
-/// `Σ (e_a − e_b)²/S` of whitened innovations at both modes, under the noise of `theirs`.
-fn apart(ground: Ground<'_>, ours: &Model, theirs: &Model) -> Option<f64> {
-    let white = |model: &Model| {
-        let session = model.session(ground)?;
-        Some(identification::held_out::instants(&session, &model.fit.linearised.linears, &theirs.noise)?.1)
-    };
-    let (a, b) = (white(ours)?, white(theirs)?);
-    Some(a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum())
 }
 
 /// The same set from its own parameters, on other steps of integration.

@@ -1,0 +1,123 @@
+//! What held-out data say of the numbers of a set: the fitted recordings leave each of them with a
+//! width, within which these data may move it.
+//!
+//! ```text
+//! ln p(D₂|D₁) = ln ∫ p(D₂|θ) p(θ|D₁) = ln p(D₂|θ*) − ½ xᵀ P x − ½ ln det M + ½ ln det P
+//! P: information of the fitted recordings, x = θ* − θ̂₁, M = J₂ᵀJ₂ + P       (k × k, k numbers)
+//! ```
+//!
+//! θ* maximises the first two terms. With the numbers held at θ̂₁ a right law loses ½ tr(J₂ᵀJ₂ P⁻¹):
+//! many nats where D₂ tells more than D₁, which speak neither against the law nor for its rival.
+
+use super::model::{Ground, Model};
+use super::noise::Linearly;
+use super::temper::Instants;
+use super::timing::{as_seen, shift_of};
+use identification::filter::NoiseModel;
+use identification::fit::{EstimationSession, LinearisedProblem};
+use identification::problem::{Problem, Unknown};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Held-out data at the numbers that the fitted recordings leave: those of the held-out recordings
+/// alone with their values, the noise, and the log-likelihood.
+pub(super) struct At<'a> {
+    pub own: (&'a [Unknown], &'a [f64]),
+    pub noise: &'a NoiseModel,
+    pub log_likelihood: f64,
+}
+
+/// Steps to θ*, how often one is shortened, and the gain in nats that is not worth one: a tenth of
+/// the nat that two models may differ by.
+const STEPS_MAX: usize = 5;
+const SHORTENINGS_MAX: usize = 3;
+const STEP_GAIN_MIN: f64 = 0.1;
+
+/// `ln p(D₂|D₁) − ln p(D₂|θ̂₁)`; `None` where `other` cannot be linearised.
+///
+/// Cost: a pass for each number and step.
+pub(super) fn learned(
+    ground: Ground<'_>,
+    (other, blank): (&Problem, &EstimationSession<'_>),
+    model: &Model,
+    at: &At<'_>,
+) -> Option<f64> {
+    let problem = told(other, model);
+    let known: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior).collect();
+    let starts = [begun(&problem, at.own), known];
+    let session = EstimationSession::like_at(blank, &problem, Some(&starts[0])).ok()?;
+    let session = if shift_of(&model.set).is_some() { session.in_parts(1).ok()? } else { session };
+    let precision = known_precision(ground, model, &problem.unknowns)?;
+    let more = &precision - DMatrix::identity(precision.nrows(), precision.nrows());
+    let price = |x: &DVector<f64>| 0.5 * x.dot(&(&precision * x));
+    let off = |theta: &[f64]| {
+        DVector::from_fn(theta.len(), |i, _| (theta[i] - problem.unknowns[i].prior) / problem.unknowns[i].sigma)
+    };
+    let there = |theta: Vec<f64>| {
+        let linearised = LinearisedProblem::new(&session, &problem.plant, &theta, at.noise).ok()?;
+        let value = Instants::new(&session, &linearised.linears, at.noise)?.sum() - price(&off(&theta));
+        Some((value, theta, linearised)).filter(|(value, ..)| value.is_finite())
+    };
+    let mut best = starts.into_iter().filter_map(there).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let log_det = |factor: &Cholesky<f64, nalgebra::Dyn>| factor.l_dirty().diagonal().map(libm::log).sum();
+    let prior = log_det(&Cholesky::new(precision.clone())?);
+    let mut width = 0.0;
+    for _ in 0..STEPS_MAX {
+        let (value, theta, linearised) = &mut best;
+        linearised.take_jacobian(&session, &problem.plant, theta);
+        let linear = Linearly { session: &session, linearised, theta, extra: &[], room: &[] };
+        let normal = linear.normal(at.noise)?;
+        let factor = Cholesky::new(&normal.matrix + &more)?;
+        width = prior - log_det(&factor);
+        let step = factor.solve(&(&normal.right - &more * off(theta)));
+        let moved = |share: f64| {
+            let all = problem.unknowns.iter().zip(&*theta).zip(step.iter());
+            there(all.map(|((u, at), step)| (at + share * step * u.sigma).clamp(u.low, u.high)).collect())
+        };
+        let least = *value + STEP_GAIN_MIN;
+        let tried = (0..SHORTENINGS_MAX).filter_map(|k| moved(libm::pow(0.3, k as f64)));
+        let Some(next) = tried.into_iter().find(|next| next.0 > least) else { break };
+        best = next;
+    }
+    Some(best.0 + width - at.log_likelihood)
+}
+
+/// `other` with the plant of `model`, its shared numbers about their estimates.
+fn told(other: &Problem, model: &Model) -> Problem {
+    let mut plant = model.problem.plant.clone();
+    let unknowns = &model.problem.unknowns;
+    plant.visit_quantities(&mut |name, _, quantity| {
+        let own = unknowns.iter().position(|unknown| unknown.parameter == name && unknown.recording.is_none());
+        if let Some(at) = own {
+            (quantity.value, quantity.sigma) = (model.fit.theta[at], Some(unknowns[at].sigma));
+        }
+    });
+    as_seen(other.with_plant(&plant), &model.set)
+}
+
+/// Where `other` was predicted: estimates, and what it alone was fitted to.
+fn begun(problem: &Problem, (unknowns, theta): (&[Unknown], &[f64])) -> Vec<f64> {
+    let own = |unknown: &Unknown| unknowns.iter().position(|other| other.name == unknown.name);
+    problem.unknowns.iter().map(|unknown| own(unknown).map_or(unknown.prior, |at| theta[at])).collect()
+}
+
+/// The information of the fitted recordings about `unknowns`, in prior standard deviations: that of
+/// the prior for numbers of other recordings.
+fn known_precision(ground: Ground<'_>, model: &Model, unknowns: &[Unknown]) -> Option<DMatrix<f64>> {
+    let session = model.session(ground)?;
+    let (linearised, theta) = (&model.fit.linearised, &model.fit.theta[..]);
+    let linear = Linearly { session: &session, linearised, theta, extra: &[], room: &[] };
+    let covariance = linear.normal(&model.noise)?.factor()?.inverse();
+    let all = &model.problem.unknowns;
+    let place = |own: &Unknown| all.iter().position(|other| other.name == own.name && other.recording.is_none());
+    let shared: Vec<(usize, usize)> =
+        unknowns.iter().enumerate().filter_map(|(i, unknown)| Some((i, place(unknown)?))).collect();
+    let part = DMatrix::from_fn(shared.len(), shared.len(), |i, j| covariance[(shared[i].1, shared[j].1)]);
+    let inverse = Cholesky::new(part)?.inverse();
+    let mut precision = DMatrix::identity(unknowns.len(), unknowns.len());
+    for (i, (row, _)) in shared.iter().enumerate() {
+        for (j, (column, _)) in shared.iter().enumerate() {
+            precision[(*row, *column)] = inverse[(i, j)];
+        }
+    }
+    Some(precision)
+}
