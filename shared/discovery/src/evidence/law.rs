@@ -64,13 +64,17 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
     }
     match beside {
         Some((nats, found)) => {
-            // the greater part of what is missing is of no law that the names describe
-            let larger = Kind::Larger { is_of_time: found.place.is_of_time() };
-            let kind = if nats > pool.log_odds_here(best) { larger } else { Kind::Beside };
+            let kind = beside_names(nats, pool.log_odds_here(best), found.place.is_of_time());
             Some(law(ground, kind, format!("beside that, {}", words(nats, &found)), &found))
         }
         None => rest(),
     }
+}
+
+/// What is left beside names. A law that explains ρ² of one outside the catalogue takes ρ² of its
+/// evidence and leaves the rest: below one half it may be no more than its shadow.
+fn beside_names(nats: f64, of_names: f64, is_of_time: bool) -> Kind {
+    if nats > of_names { Kind::Larger { is_of_time } } else { Kind::Beside }
 }
 
 /// The bin of most energy of a model's innovations, where its odds reach the level: at most
@@ -107,4 +111,15 @@ fn words(nats: f64, found: &unknown_law::UnknownLaw) -> String {
         "something acts at {} that no effect of the catalogue describes: a law smooth over {over} is {nats:.1} nats ahead",
         found.place.site
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_as_long_as_they_have_more_evidence_than_what_they_leave() {
+        assert_eq!(beside_names(29.0, 43.0, true), Kind::Beside);
+        assert_eq!(beside_names(43.0, 29.0, true), Kind::Larger { is_of_time: true });
+    }
 }
