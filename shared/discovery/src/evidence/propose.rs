@@ -60,11 +60,13 @@ pub(super) fn proposals(
     let mut singles: Vec<Linear> = few.filter_map(|(place, rated)| look.single(place, rated, bare)).collect();
     singles.sort_by(|a, b| b.proposal.log_bayes.total_cmp(&a.proposal.log_bayes));
     let best = singles.first().map_or(0.0, |own| own.proposal.log_bayes);
-    let mut relatives = look.parents(&singles, bare);
-    relatives.extend(look.kin(&singles, bare));
+    let worth = WORTH.max(WORTH_SHARE * best);
+    let is_fitted = |own: &&Linear| own.proposal.log_bayes > worth;
+    let fitted: Vec<usize> = singles.iter().filter(is_fitted).take(SINGLES_MAX).map(|own| own.place).collect();
+    let mut relatives = look.parents(&fitted, bare);
+    relatives.extend(look.kin(&fitted, bare));
     let mut list = look.groups(&singles, bare, best);
     list.extend(look.pairs(bare, best + log_m));
-    let worth = WORTH.max(WORTH_SHARE * best);
     let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
     list.extend(worthy.by_ref().take(SINGLES_MAX));
     let near = worthy.filter(|own| own.log_bayes > best - BEAM);
@@ -136,13 +138,13 @@ impl Look<'_> {
         Some(Linear { place, proposal: self.set(&[rated], bare, false)? })
     }
 
-    /// The simpler laws that those worth a fit contain, at the same sites, where they are not among
-    /// these.
-    fn parents(&self, singles: &[Linear], bare: f64) -> Vec<Proposal> {
+    /// The simpler laws that those of the fitted ones contain, at the same sites, where they are not
+    /// among these.
+    fn parents(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
         let mut list: Vec<Proposal> = Vec::new();
-        let mut known: Vec<usize> = singles.iter().take(SINGLES_MAX).map(|own| own.place).collect();
-        for own in singles.iter().take(SINGLES_MAX).filter(|own| own.proposal.log_bayes > WORTH) {
-            let child = &self.screened.rated[own.place].column.candidate;
+        let mut known = fitted.to_vec();
+        for place in fitted {
+            let child = &self.screened.rated[*place].column.candidate;
             for limit in child.effect.limits {
                 let is_it = |rated: &Rated| {
                     let parent = &rated.column.candidate;
@@ -158,15 +160,14 @@ impl Look<'_> {
         list
     }
 
-    /// Laws of the leader's family at its site that the screening underrates: those that it is
-    /// confused with most, so that its weight is one among them.
-    fn kin(&self, singles: &[Linear], bare: f64) -> Vec<Proposal> {
-        let Some(leader) = singles.first().filter(|own| own.proposal.log_bayes > WORTH) else { return Vec::new() };
-        let own = &self.screened.rated[leader.place].column.candidate;
+    /// Laws of the leader's family at its site that are not worth a fit by themselves: those that
+    /// it is confused with most, so that its weight is one among them.
+    fn kin(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
+        let Some(leader) = fitted.first() else { return Vec::new() };
+        let own = &self.screened.rated[*leader].column.candidate;
         let is_kin = |(place, rated): &(usize, &Rated)| {
             let other = &rated.column.candidate;
-            let known = singles.iter().take(SINGLES_MAX).any(|single| single.place == *place);
-            !known && other.effect.family == own.effect.family && other.site == own.site
+            !fitted.contains(place) && other.effect.family == own.effect.family && other.site == own.site
         };
         let all = self.screened.rated.iter().enumerate().filter(is_kin).take(KIN_MAX);
         all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
