@@ -69,7 +69,7 @@ pub fn output_gram(record: &Record, block_rows: usize) -> Gram {
 }
 
 /// `R_k[a][b]` at `a · rows l + k · l + b`.
-fn lag_sums(samples: &[f64], l: usize, rows: usize) -> Vec<f64> {
+pub(crate) fn lag_sums(samples: &[f64], l: usize, rows: usize) -> Vec<f64> {
     let width = rows * l;
     let mut sums = vec![0.0; l * width];
     let side = (PANEL / l).clamp(1, rows);

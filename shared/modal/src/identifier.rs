@@ -113,6 +113,13 @@ impl ModalIdentifier {
         Self { config, stages, covariances }
     }
 
+    /// The same for a record in memory, in less time and more memory.
+    #[must_use]
+    pub(crate) fn deferred(mut self) -> Self {
+        self.covariances = self.covariances.into_iter().map(StreamingCovariance::deferred).collect();
+        self
+    }
+
     /// The settings of [`Self::new`].
     #[must_use]
     pub fn config(&self) -> &Config {

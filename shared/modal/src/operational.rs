@@ -70,14 +70,17 @@ const WINDOWS_MIN: usize = 60;
 /// Fewest block rows: two channels then still carry ten modes.
 const BLOCK_ROWS_MIN: usize = 10;
 
-/// Settings of the identifier in flight; fewer block rows for a record that is read below the rate
-/// at which it was logged.
+/// Settings of the identifier in flight. A record that is read below the rate at which it was
+/// logged is looked at over the time that i rows take there: its structure is no slower for it, and
+/// its halved rates look further. Rows enough for the largest order remain.
 #[must_use]
-pub fn settings(record: &Record, below_its_rate: bool) -> Config {
+pub fn settings(record: &Record, logged_rate_hz: Option<f64>) -> Config {
     let mut config = Config::new(record.channels, record.sample_rate_hz);
-    if below_its_rate {
-        let fitting = record.samples() / (2 * WINDOWS_MIN);
-        config.block_rows = fitting.clamp(BLOCK_ROWS_MIN, config.block_rows.max(BLOCK_ROWS_MIN));
+    if let Some(logged_hz) = logged_rate_hz {
+        let of_one_look = libm::round(config.block_rows as f64 * record.sample_rate_hz / logged_hz) as usize;
+        let fitting = of_one_look.min(record.samples() / (2 * WINDOWS_MIN));
+        let fewest = BLOCK_ROWS_MIN.max(config.selection.order_max / record.channels + 1);
+        config.block_rows = fitting.clamp(fewest, config.block_rows.max(fewest));
     }
     config
 }
@@ -229,7 +232,8 @@ impl Accumulated {
                 (values.len() / config.channels) as u64,
             ),
             Evidence::Windows => {
-                let (mut identifier, mut gate) = (ModalIdentifier::new(config.clone()), OnsetGate::default());
+                let (mut identifier, mut gate) =
+                    (ModalIdentifier::new(config.clone()).deferred(), OnsetGate::default());
                 values.chunks_exact(config.channels).for_each(|row| gate.push(row, &mut identifier));
                 gate.end_segment(&mut identifier);
                 Self::Windows(Box::new(identifier))

@@ -15,7 +15,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::gram::{Gram, Stretch, TAIL_LENGTH};
+use crate::gram::{Gram, Stretch, TAIL_LENGTH, lag_sums};
 use crate::history::SlidingHistory;
 
 /// Slots for blocks of one record; between half of them and all of them are in use on a long
@@ -32,7 +32,7 @@ const COMPLETE_BLOCKS_MIN: usize = 8;
 /// of its columns.
 const FIRST_BLOCK_LENGTH: u64 = 8;
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Block {
     segment: u64,
     samples: u64,
@@ -62,6 +62,9 @@ pub struct StreamingCovariance {
     open: bool,
     history: SlidingHistory,
     discarded_samples: u64,
+    /// Samples of the open block, where memory is no concern: its sums are taken when it ends.
+    #[serde(skip)]
+    deferred: Option<Vec<f64>>,
 }
 
 impl StreamingCovariance {
@@ -100,7 +103,16 @@ impl StreamingCovariance {
             open: true,
             history: SlidingHistory::new(channels, TAIL_LENGTH * block_rows),
             discarded_samples: 0,
+            deferred: None,
         }
+    }
+
+    /// The same for a record in memory: the samples of a block are kept until it ends, and its sums
+    /// taken in matrix products, to rounding the same in a tenth of the time.
+    #[must_use]
+    pub fn deferred(mut self) -> Self {
+        self.deferred = Some(Vec::new());
+        self
     }
 
     /// Starts a segment; columns of the Gram matrix never reach back over this boundary.
@@ -143,6 +155,10 @@ impl StreamingCovariance {
             block.head[at..at + self.channels].copy_from_slice(sample);
         }
         block.samples += 1;
+        if let Some(samples) = &mut self.deferred {
+            samples.extend_from_slice(sample);
+            return;
+        }
         let lagged = &self.history.newest_first()[..width];
         for (row, &y) in block.lag_sums.chunks_exact_mut(width).zip(sample) {
             for (sum, &y_lagged) in row.iter_mut().zip(lagged) {
@@ -218,14 +234,25 @@ impl StreamingCovariance {
         let mut block = self.blocks[index].clone();
         if self.open && index + 1 == self.used {
             block.tail.copy_from_slice(self.history.newest_first());
+            self.take_deferred(&mut block);
         }
         block
     }
 
     fn finish_block(&mut self) {
-        let block = &mut self.blocks[self.used - 1];
+        let mut block = std::mem::take(&mut self.blocks[self.used - 1]);
         block.tail.copy_from_slice(self.history.newest_first());
+        self.take_deferred(&mut block);
+        self.blocks[self.used - 1] = block;
+        self.deferred.iter_mut().for_each(Vec::clear);
         self.history.clear();
+    }
+
+    /// The sums of the open block, where they are taken at its end.
+    fn take_deferred(&self, block: &mut Block) {
+        if let Some(samples) = self.deferred.as_ref().filter(|samples| !samples.is_empty()) {
+            block.lag_sums = lag_sums(samples, self.channels, 2 * self.block_rows);
+        }
     }
 
     fn start_block(&mut self) {
@@ -323,6 +350,25 @@ mod tests {
             }
         }
         gram
+    }
+
+    #[test]
+    fn sums_taken_when_a_block_ends_are_those_taken_sample_by_sample() {
+        let (l, i) = (3, 4);
+        let mut noise = Noise::new(11);
+        let mut streams = [StreamingCovariance::new(l, i), StreamingCovariance::new(l, i).deferred()];
+        for t in 0..5000 {
+            let sample: Vec<f64> = (0..l).map(|_| if t == 1700 { f64::NAN } else { noise.normal() }).collect();
+            streams.iter_mut().for_each(|stream| stream.push(&sample));
+        }
+        let [one_by_one, deferred] = streams;
+        assert_eq!(one_by_one.samples(), deferred.samples());
+        assert!(relative_difference(&deferred.gram().matrix, &one_by_one.gram().matrix) < 1e-13);
+        let (blocks, others) = (deferred.block_grams(), one_by_one.block_grams());
+        assert!(blocks.len() == others.len() && blocks.len() > 8, "{}", blocks.len());
+        for (block, other) in blocks.iter().zip(&others) {
+            assert!(relative_difference(&block.matrix, &other.matrix) < 1e-13);
+        }
     }
 
     fn relative_difference(a: &Mat<f64>, b: &Mat<f64>) -> f64 {

@@ -1,8 +1,9 @@
-//! `obsid bench modal-records`: a line per kind of defect, and per kind of frequency responses.
+//! `obsid bench modal-records`: a line per kind of defect, per kind of frequency responses, and per
+//! kind of known input.
 
 use super::{Answers, Arguments};
 use bench::modal_records::defects::Defect;
-use bench::modal_records::{Figures, figures, responses};
+use bench::modal_records::{Figures, figures, known_input, responses};
 use serde_json::json;
 use std::fmt::Write;
 
@@ -10,10 +11,58 @@ pub(super) fn measure(arguments: &Arguments, to: &mut Answers) {
     let all: Vec<Figures> =
         Defect::ALL.into_iter().map(|defect| figures(defect, arguments.trials, arguments.seed)).collect();
     let rows = responses::run(arguments.trials as usize, arguments.seed);
+    let inputs = known_input::run(arguments.trials as usize, arguments.seed);
     let object = || {
-        format!("{}\n", json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all, "responses": rows }))
+        let all = json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all, "responses": rows,
+            "known_input": inputs });
+        format!("{all}\n")
     };
-    to.add(|| table(&all) + &of_responses(&rows), Some(markdown(&all, &rows)), object);
+    let marked = markdown(&all, &rows) + &inputs_in_markdown(&inputs);
+    to.add(|| table(&all) + &of_responses(&rows) + &of_inputs(&inputs), Some(marked), object);
+}
+
+fn of_inputs(rows: &[known_input::Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let _ = writeln!(
+            text,
+            "{:22} modes {:>4}  missed {:>3}  invented {:>3}  no model {:>3}  mean z {:>5.2} {:>5.2}  rms z {:>5.2} {:>5.2}",
+            row.kind,
+            row.modes,
+            row.missed,
+            row.invented,
+            row.not_adequate + row.conditional,
+            row.mean_z_frequency,
+            row.mean_z_damping,
+            row.rms_z_frequency,
+            row.rms_z_damping
+        );
+    }
+    text
+}
+
+fn inputs_in_markdown(rows: &[known_input::Row]) -> String {
+    let mut text = "\n| known input | records | modes | missed | invented | no model is right, or with a condition | mean z of f, zeta | rms z of f, zeta | in 95 % intervals |\n|---|---|---|---|---|---|---|---|---|\n".to_owned();
+    for row in rows {
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {}, {} | {:.2} {:.2} | {:.2} {:.2} | {:.1} {:.1} |",
+            row.kind,
+            row.trials,
+            row.modes,
+            row.missed,
+            row.invented,
+            row.not_adequate,
+            row.conditional,
+            row.mean_z_frequency,
+            row.mean_z_damping,
+            row.rms_z_frequency,
+            row.rms_z_damping,
+            100.0 * row.coverage_frequency,
+            100.0 * row.coverage_damping
+        );
+    }
+    text
 }
 
 fn of_responses(rows: &[responses::Row]) -> String {

@@ -33,7 +33,7 @@ struct Examined {
 
 pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Outcome, Failure> {
     let mut examined = examined(arguments, set)?;
-    let mut config = settings(&examined.record, examined.even.logged_rate_hz.is_some());
+    let mut config = settings(&examined.record, examined.even.logged_rate_hz);
     config.selection.order_max = *arguments.orders.end();
     config.selection.shape_deviations = Some(ShapeScale::Largest);
     let known = Known { delays_s: &examined.even.delays_s, clipped: examined.even.is_clipped() };
