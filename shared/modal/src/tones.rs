@@ -2,8 +2,9 @@
 //!
 //! Candidates are the lines of the periodogram that stand above their neighbourhood, and the modes
 //! that were identified. `narrow_band` decides on steady lines, one or two together;
-//! `constant_envelope` on lines that wander. A tone is taken out by least squares on the samples
-//! that exist: a steady one as a sinusoid, a wandering one along the phase of its envelope.
+//! `constant_envelope` on lines that wander; `modulated` on lines of one shape that are the side
+//! bands of one tone. A tone is taken out by least squares on the samples that exist: a steady one
+//! as a sinusoid, a wandering one along the phase of its envelope.
 //!
 //! On a mode `beside_modes` takes the mode out first: by weights of the channels in which its shape
 //! has no part.
@@ -16,6 +17,7 @@ mod baseband;
 mod beside_modes;
 mod constant_envelope;
 mod fourier;
+mod modulated;
 mod narrow_band;
 mod spectra;
 
@@ -41,9 +43,6 @@ const CANDIDATES_MAX: usize = 40;
 const LINE_ON_MODE_CHANCE: f64 = 1e-3;
 /// Distance of lines that the record does not resolve: the width of the Hann window's peak.
 const REMAINDER_CELLS: f64 = 2.0;
-/// Lines of one shape this near to each other, relative to their frequency, and as many of them are
-/// the side bands of one tone whose frequency wanders: slower than in ten of its periods.
-const SIDE_BANDS: (f64, usize) = (0.1, 3);
 /// Horns of a tone that wanders, where it turns, relative to its frequency.
 const HORNS: f64 = 0.05;
 /// Least assurance criterion of side bands of one tone.
@@ -57,6 +56,8 @@ const WANDER_RATIO: f64 = 8.0;
 const TONES_MAX: usize = 32;
 /// Half band of the envelope of a mode, in its half widths: holds 96 % of its power.
 const ENVELOPE_WIDTHS: f64 = 16.0;
+/// Deviation of a width that is counted in an envelope, relative to it: of ten independent values.
+const COUNTED_SHARE: f64 = 0.3;
 /// Longest envelope that is simulated, in cells of half its band.
 const ENVELOPE_CELLS_MAX: usize = 400;
 
@@ -79,7 +80,20 @@ pub struct Tone {
 pub struct ToneSearch {
     samples: Samples,
     refused_hz: Vec<f64>,
+    /// What was taken out, tone by tone.
+    removed: Vec<Removed>,
     pub tones: Vec<Tone>,
+}
+
+/// A line that was taken out.
+#[derive(Clone, Debug)]
+struct Removed {
+    /// Frequency of the tone that it belongs to.
+    tone_hz: f64,
+    /// Per row.
+    phase: Vec<f64>,
+    /// Per channel.
+    amplitude: Vec<c64>,
 }
 
 impl ToneSearch {
@@ -87,7 +101,7 @@ impl ToneSearch {
     #[must_use]
     pub fn new(values: &[f64], channels: usize, rate_hz: f64) -> Self {
         let samples = Samples::new(values, channels, rate_hz);
-        Self { samples, refused_hz: Vec::new(), tones: Vec::new() }
+        Self { samples, refused_hz: Vec::new(), removed: Vec::new(), tones: Vec::new() }
     }
 
     /// Samples without means, trends and the tones found so far.
@@ -188,10 +202,13 @@ impl ToneSearch {
             .collect();
         let amplitudes = self.subtract(&phases);
         let cell_hz = 1.0 / self.samples.duration_s();
-        for (frequency_hz, amplitude) in lines_hz.iter().zip(amplitudes) {
+        for ((frequency_hz, amplitude), phase) in lines_hz.iter().zip(amplitudes).zip(phases) {
             // What an error of its frequency left of a line before is no other line.
-            let known = |tone: &Tone| (tone.frequency_hz - frequency_hz).abs() < REMAINDER_CELLS * cell_hz;
-            if self.tones.iter().any(known) {
+            let known = |tone: &&Tone| (tone.frequency_hz - frequency_hz).abs() < REMAINDER_CELLS * cell_hz;
+            let of_known = self.tones.iter().find(known).map(|tone| tone.frequency_hz);
+            let tone_hz = of_known.unwrap_or(*frequency_hz);
+            self.removed.push(Removed { tone_hz, phase, amplitude: amplitude.clone() });
+            if of_known.is_some() {
                 continue;
             }
             let sigma_frequency_hz = self.line_deviation(*frequency_hz, &amplitude);
@@ -275,6 +292,9 @@ impl ToneSearch {
         let of = |(psi, variance): (&c64, &f64)| if *variance > 0.0 { psi.conj() / *variance } else { *psi * 0.0 };
         let weights: Vec<c64> = mode.mode_shape.iter().zip(&variances).map(of).collect();
         let envelope = self.samples.envelope(&weights, mode.frequency_hz, half_cells, Present::Any);
+        // Two modes taken for a wide one change less often than that.
+        let counted = constant_envelope::half_width(&envelope);
+        let (cells, sigma) = if counted < cells { (counted, COUNTED_SHARE * counted) } else { (cells, sigma) };
         let found = constant_envelope::is_constant(&envelope, cells, sigma);
         if found {
             self.take_out_along(mode.frequency_hz, &envelope);
@@ -340,7 +360,7 @@ impl ToneSearch {
         let weights = self.samples.weights(frequency_hz);
         let envelope = self.samples.envelope(&weights, frequency_hz, half_cells, Present::Any);
         let cells = constant_envelope::half_width(&envelope);
-        let found = constant_envelope::is_constant(&envelope, cells, 0.3 * cells);
+        let found = constant_envelope::is_constant(&envelope, cells, COUNTED_SHARE * cells);
         if found {
             self.take_out_along(frequency_hz, &envelope);
         }
@@ -352,26 +372,6 @@ impl ToneSearch {
         let room = (0.5 * frequency_hz).min(0.25 * (0.5 * self.samples.rate_hz - frequency_hz));
         let half_cells = cells.min(room * self.samples.duration_s()) as usize;
         (HALF_CELLS_MIN..=ENVELOPE_CELLS_MAX).contains(&half_cells).then_some(half_cells)
-    }
-
-    /// Side bands of one tone become that tone.
-    pub fn join_side_bands(&mut self) {
-        self.tones.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let mut groups: Vec<Vec<Tone>> = Vec::new();
-        for tone in self.tones.drain(..) {
-            let belongs = |other: &Tone| {
-                tone.frequency_hz - other.frequency_hz < SIDE_BANDS.0 * tone.frequency_hz
-                    && modal_assurance_criterion(&tone.amplitude, &other.amplitude) > SIDE_BAND_MAC
-            };
-            match groups.iter_mut().find(|group| group.iter().any(belongs)) {
-                Some(group) => group.push(tone),
-                None => groups.push(vec![tone]),
-            }
-        }
-        for group in groups {
-            if group.len() < SIDE_BANDS.1 { self.tones.extend(group) } else { self.tones.push(joined(&group)) }
-        }
-        self.tones.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     }
 
     /// Takes out a line whose phase is that of the envelope.
@@ -391,15 +391,17 @@ impl ToneSearch {
             TAU * centre_hz * t as f64 / rate_hz + turns[k] * (1.0 - part) + turns[k + 1] * part
         };
         let phases: Vec<f64> = (0..rows).map(phase).collect();
-        let amplitude = self.subtract(&[phases]).swap_remove(0);
+        let amplitude = self.subtract(std::slice::from_ref(&phases)).swap_remove(0);
         let step_s = duration_s / envelope.len() as f64;
         let mean_hz = (turns[turns.len() - 1] - turns[0]) / TAU / (duration_s - step_s);
         // Wander: over twenty values, so that noise in the band is not taken for it.
         let span = (turns.len() / 20).max(4).min(turns.len() - 1);
         let rates = turns.windows(span + 1).map(|w| (w[span] - w[0]) / TAU / (span as f64 * step_s) - mean_hz);
         let wander_hz = rates.fold(0.0, |most: f64, rate| most.max(rate.abs()));
+        let tone_hz = centre_hz + mean_hz;
+        self.removed.push(Removed { tone_hz, phase: phases, amplitude: amplitude.clone() });
         self.tones.push(Tone {
-            frequency_hz: centre_hz + mean_hz,
+            frequency_hz: tone_hz,
             sigma_frequency_hz: wander_hz / (envelope.len() as f64).sqrt(),
             wander_hz,
             amplitude,
@@ -421,25 +423,6 @@ pub(crate) fn powers(values: &[f64], channels: usize, rate_hz: f64, of: &[(f64, 
         (0..channels).map(of_channel).sum()
     };
     of.iter().map(in_band).collect()
-}
-
-/// One tone of several side bands: mean frequency and wander by their power.
-fn joined(group: &[Tone]) -> Tone {
-    let power = |tone: &Tone| tone.amplitude.iter().map(c64::norm_sqr).sum::<f64>();
-    let total: f64 = group.iter().map(power).sum();
-    let mean = group.iter().map(|tone| power(tone) * tone.frequency_hz).sum::<f64>() / total;
-    let spread = |tone: &Tone| power(tone) * (tone.frequency_hz - mean) * (tone.frequency_hz - mean);
-    let wander_hz = (2.0 * group.iter().map(spread).sum::<f64>() / total).sqrt();
-    let strongest = group.iter().max_by(|a, b| power(a).total_cmp(&power(b))).expect("a group has members");
-    let scale = (total / power(strongest)).sqrt();
-    let ends = group.iter().map(|tone| (tone.frequency_hz - mean).abs()).fold(0.0, f64::max);
-    Tone {
-        frequency_hz: mean,
-        sigma_frequency_hz: wander_hz / (group.len() as f64).sqrt(),
-        wander_hz,
-        amplitude: strongest.amplitude.iter().map(|a| *a * scale).collect(),
-        hides_hz: ends + strongest.hides_hz,
-    }
 }
 
 /// Symmetric positive equations by Gaussian elimination; a dependent column gets zero.

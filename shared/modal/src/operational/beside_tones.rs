@@ -31,9 +31,9 @@ pub(super) fn identified(
         if taken == 0 {
             break;
         }
+        search.join_side_bands();
         selection = identified(search.rest())?;
     }
-    search.join_side_bands();
     let remainder = |mode: &Mode| search.tones.iter().any(|tone| tone.wander_hz > 0.0 && is_within(mode, tone));
     let mut hidden: Vec<Mode> = selection.modes.extract_if(.., |mode| remainder(mode)).collect();
     hidden.extend(with_tones.into_iter().filter(|mode| is_lost(mode, &selection.modes, &search.tones)));
