@@ -39,7 +39,8 @@ const CANDIDATE_RATIO: f64 = 10.0;
 const NEIGHBOURS: std::ops::RangeInclusive<usize> = 3..=10;
 /// Candidates examined at most, the highest first.
 const CANDIDATES_MAX: usize = 40;
-/// Probability that a record without lines has one on a mode, in the shapes beside that of the mode.
+/// Probability that a record without lines has one on a mode, in the shapes beside that of the
+/// mode.
 const LINE_ON_MODE_CHANCE: f64 = 1e-3;
 /// Distance of lines that the record does not resolve: the width of the Hann window's peak.
 const REMAINDER_CELLS: f64 = 2.0;

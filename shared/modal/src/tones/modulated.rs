@@ -1,8 +1,8 @@
 //! Lines of one shape: several tones, or the side bands of one whose frequency wanders?
 //!
-//! A tone of the power P in Gaussian noise has an envelope of `E|a|⁴ = 2 (E|a|²)² − P²`, however its
-//! phase turns: its side bands stand so to each other that its size is constant. Lines of powers
-//! `P_j` that are independent beat, `E|a|⁴ = 2 (E|a|²)² − Σ P_j²`. So
+//! A tone of the power P in Gaussian noise has an envelope of `E|a|⁴ = 2 (E|a|²)² − P²`, however
+//! its phase turns: its side bands stand so to each other that its size is constant. Lines of
+//! powers `P_j` that are independent beat, `E|a|⁴ = 2 (E|a|²)² − Σ P_j²`. So
 //! `Q = (2 (E|a|²)² − E|a|⁴)^½` of the band that holds the lines is `Σ P_j`, or more where not all
 //! side bands were found, for one tone, and `(Σ P_j²)^½` for several: errors of both alike, the
 //! nearer one is the likelier. The noise, modes among it, has no part in Q.
