@@ -16,6 +16,7 @@ mod kill;
 mod kill_from_outside;
 mod limits;
 mod orderly_end;
+mod orders;
 mod process;
 mod sabotage;
 mod scarcity;

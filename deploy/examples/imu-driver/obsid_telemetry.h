@@ -478,7 +478,7 @@ OBSID_ASSERT(offsetof(obsid_progress, working) == 56, "Progress.working: offset"
 OBSID_ASSERT(offsetof(obsid_progress, out_seq) == 64, "Progress.out_seq: offset");
 
 /* Layout of Housekeeping. */
-#define OBSID_LAYOUT_HOUSEKEEPING UINT32_C(0x511cacee)
+#define OBSID_LAYOUT_HOUSEKEEPING UINT32_C(0xfe35c1e2)
 typedef struct obsid_housekeeping {
     /* [-] -: header */
     obsid_header header;
@@ -510,8 +510,22 @@ typedef struct obsid_housekeeping {
     double cpu_s;
     /* [s] -: wall time since start */
     double wall_s;
+    /* [-] -: events sent since start or since they were cleared */
+    uint64_t events_sent;
+    /* [-] -: events counted and not sent: too many of their code in a window */
+    uint64_t events_squelched;
+    /* [-] -: events not sent: below the least severity, or their code is switched off */
+    uint64_t events_filtered;
+    /* [-] -: frames done later than the deadline, since start */
+    uint64_t deadline_misses;
+    /* [-] -: whole periods by which frames began late, since start */
+    uint64_t cycle_slips;
+    /* [-] -: commands carried out since start or since they were cleared */
+    uint32_t commands_executed;
+    /* [-] -: commands refused, likewise */
+    uint32_t commands_refused;
 } obsid_housekeeping;
-OBSID_ASSERT(sizeof(obsid_housekeeping) == 120, "Housekeeping: size");
+OBSID_ASSERT(sizeof(obsid_housekeeping) == 168, "Housekeeping: size");
 OBSID_ASSERT(offsetof(obsid_housekeeping, header) == 0, "Housekeeping.header: offset");
 OBSID_ASSERT(offsetof(obsid_housekeeping, partition) == 24, "Housekeeping.partition: offset");
 OBSID_ASSERT(offsetof(obsid_housekeeping, restarts) == 28, "Housekeeping.restarts: offset");
@@ -527,6 +541,13 @@ OBSID_ASSERT(offsetof(obsid_housekeeping, frame_us_max) == 88, "Housekeeping.fra
 OBSID_ASSERT(offsetof(obsid_housekeeping, cpu_percent) == 96, "Housekeeping.cpu_percent: offset");
 OBSID_ASSERT(offsetof(obsid_housekeeping, cpu_s) == 104, "Housekeeping.cpu_s: offset");
 OBSID_ASSERT(offsetof(obsid_housekeeping, wall_s) == 112, "Housekeeping.wall_s: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, events_sent) == 120, "Housekeeping.events_sent: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, events_squelched) == 128, "Housekeeping.events_squelched: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, events_filtered) == 136, "Housekeeping.events_filtered: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, deadline_misses) == 144, "Housekeeping.deadline_misses: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, cycle_slips) == 152, "Housekeeping.cycle_slips: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, commands_executed) == 160, "Housekeeping.commands_executed: offset");
+OBSID_ASSERT(offsetof(obsid_housekeeping, commands_refused) == 164, "Housekeeping.commands_refused: offset");
 
 /* Layout of Command. */
 #define OBSID_LAYOUT_COMMAND UINT32_C(0x04119ab2)
@@ -547,43 +568,34 @@ OBSID_ASSERT(offsetof(obsid_command, opcode) == 32, "Command.opcode: offset");
 OBSID_ASSERT(offsetof(obsid_command, argument) == 36, "Command.argument: offset");
 
 /* Layout of Event. */
-#define OBSID_LAYOUT_EVENT UINT32_C(0x06ce56fe)
+#define OBSID_LAYOUT_EVENT UINT32_C(0x206fca12)
 typedef struct obsid_event {
     /* [-] -: header */
     obsid_header header;
+    /* [-] -: frames that the partition had done */
+    uint64_t frame;
     /* [-] -: reporting partition, code of PartitionId */
     uint16_t partition;
-    /* [-] -: 0 information, 1 warning, 2 alarm */
+    /* [-] -: code of Severity */
     uint16_t severity;
-    /* [-] -: code of EventCode */
-    uint32_t code;
-    /* [-] -: started: how often it was started before */
-    uint32_t restarts;
-    /* [-] -: started: as Housekeeping.restart_cause */
-    uint32_t restart_cause;
-    /* [-] -: bad samples dropped, samples lost: since the last such event */
-    uint64_t samples;
-    /* [-] -: bad samples dropped, samples lost: in all */
-    uint64_t samples_total;
-    /* [-] -: ended: frames done */
-    uint64_t frames;
-    /* [-] -: partition given up: code of PartitionId */
-    uint32_t given_up;
-    /* [-] -: 0 */
-    uint32_t reserved;
+    /* [-] -: code of EventCode, which says what the arguments are */
+    uint16_t code;
+    /* [-] -: arguments in use */
+    uint16_t count;
+    /* [-] -: events of the same code that were not sent since the last one that was */
+    uint64_t squelched;
+    /* [of the code] -: arguments */
+    double argument[4];
 } obsid_event;
-OBSID_ASSERT(sizeof(obsid_event) == 72, "Event: size");
+OBSID_ASSERT(sizeof(obsid_event) == 80, "Event: size");
 OBSID_ASSERT(offsetof(obsid_event, header) == 0, "Event.header: offset");
-OBSID_ASSERT(offsetof(obsid_event, partition) == 24, "Event.partition: offset");
-OBSID_ASSERT(offsetof(obsid_event, severity) == 26, "Event.severity: offset");
-OBSID_ASSERT(offsetof(obsid_event, code) == 28, "Event.code: offset");
-OBSID_ASSERT(offsetof(obsid_event, restarts) == 32, "Event.restarts: offset");
-OBSID_ASSERT(offsetof(obsid_event, restart_cause) == 36, "Event.restart_cause: offset");
-OBSID_ASSERT(offsetof(obsid_event, samples) == 40, "Event.samples: offset");
-OBSID_ASSERT(offsetof(obsid_event, samples_total) == 48, "Event.samples_total: offset");
-OBSID_ASSERT(offsetof(obsid_event, frames) == 56, "Event.frames: offset");
-OBSID_ASSERT(offsetof(obsid_event, given_up) == 64, "Event.given_up: offset");
-OBSID_ASSERT(offsetof(obsid_event, reserved) == 68, "Event.reserved: offset");
+OBSID_ASSERT(offsetof(obsid_event, frame) == 24, "Event.frame: offset");
+OBSID_ASSERT(offsetof(obsid_event, partition) == 32, "Event.partition: offset");
+OBSID_ASSERT(offsetof(obsid_event, severity) == 34, "Event.severity: offset");
+OBSID_ASSERT(offsetof(obsid_event, code) == 36, "Event.code: offset");
+OBSID_ASSERT(offsetof(obsid_event, count) == 38, "Event.count: offset");
+OBSID_ASSERT(offsetof(obsid_event, squelched) == 40, "Event.squelched: offset");
+OBSID_ASSERT(offsetof(obsid_event, argument) == 48, "Event.argument: offset");
 
 /* Layout of TargetEstimate. */
 #define OBSID_LAYOUT_TARGET_ESTIMATE UINT32_C(0x53b97ce1)
@@ -884,5 +896,56 @@ OBSID_ASSERT(offsetof(obsid_diagnosis, sigma) == 736, "Diagnosis.sigma: offset")
 OBSID_ASSERT(offsetof(obsid_diagnosis, theta) == 1248, "Diagnosis.theta: offset");
 OBSID_ASSERT(offsetof(obsid_diagnosis, crc32) == 1632, "Diagnosis.crc32: offset");
 OBSID_ASSERT(offsetof(obsid_diagnosis, reserved) == 1636, "Diagnosis.reserved: offset");
+
+/* Layout of Telecommand. */
+#define OBSID_LAYOUT_TELECOMMAND UINT32_C(0x8950f44e)
+typedef struct obsid_telecommand {
+    /* [-] -: header; layout is checked at the port */
+    obsid_header header;
+    /* [-] -: frame in which the port released it, by the port */
+    uint64_t frame;
+    /* [-] -: frame in which it is carried out, by the port */
+    uint64_t effective_frame;
+    /* [-] -: idempotence key, 1 to 2^52 - 1; above it the commands of rules. A repeated one is executed once */
+    uint64_t key;
+    /* [-] -: counter of the ground, above that of every command before */
+    uint32_t sequence;
+    /* [-] -: released so many frames after it was accepted, or later */
+    uint32_t delay_frames;
+    /* [-] -: code of Opcode */
+    uint16_t opcode;
+    /* [-] -: addressee, code of PartitionId; 65535: every partition */
+    uint16_t partition;
+    /* [-] -: table commands: code of TableId */
+    uint16_t table;
+    /* [-] -: table commands: version of the values */
+    uint16_t version;
+    /* [-] -: load table: values in use */
+    uint32_t count;
+    /* [-] -: 0 */
+    uint32_t reserved;
+    /* [of the table's fields] -: load table: one per field, in their order */
+    double values[32];
+    /* [-] -: CRC-32 (IEEE) over key to values */
+    uint32_t crc32;
+    /* [-] -: 0 */
+    uint32_t reserved_too;
+} obsid_telecommand;
+OBSID_ASSERT(sizeof(obsid_telecommand) == 336, "Telecommand: size");
+OBSID_ASSERT(offsetof(obsid_telecommand, header) == 0, "Telecommand.header: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, frame) == 24, "Telecommand.frame: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, effective_frame) == 32, "Telecommand.effective_frame: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, key) == 40, "Telecommand.key: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, sequence) == 48, "Telecommand.sequence: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, delay_frames) == 52, "Telecommand.delay_frames: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, opcode) == 56, "Telecommand.opcode: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, partition) == 58, "Telecommand.partition: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, table) == 60, "Telecommand.table: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, version) == 62, "Telecommand.version: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, count) == 64, "Telecommand.count: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, reserved) == 68, "Telecommand.reserved: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, values) == 72, "Telecommand.values: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, crc32) == 328, "Telecommand.crc32: offset");
+OBSID_ASSERT(offsetof(obsid_telecommand, reserved_too) == 332, "Telecommand.reserved_too: offset");
 
 #endif

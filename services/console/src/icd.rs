@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use supervisor::mode::Event as ModeEvent;
 use telemetry::{
-    CODE_LISTS, Domain, Estimate, FieldInfo, Header, IdentifiedMode, Innovation, Reason, Record, Stamps, TOPICS,
-    TopicInfo,
+    CODE_LISTS, Domain, Estimate, EventCode, FieldInfo, Header, IdentifiedMode, Innovation, PartitionId, Reason,
+    Record, Stamps, TOPICS, TableId, TopicInfo,
 };
 
 /// The interface control document: every topic, field, unit and frame
@@ -59,6 +59,8 @@ pub fn json_text() -> String {
         "topics": TOPICS.iter().map(topic).collect::<Vec<_>>(),
         "parameters": Domain::ALL.iter().map(|domain| parameters(*domain)).collect::<Vec<_>>(),
         "codes": code_lists().iter().map(CodeTable::json).collect::<Vec<_>>(),
+        "events": EventCode::ALL.iter().map(|code| event(*code)).collect::<Vec<_>>(),
+        "tables": TableId::ALL.iter().map(|id| table(*id)).collect::<Vec<_>>(),
     });
     serde_json::to_string_pretty(&document).expect("text and numbers always serialise") + "\n"
 }
@@ -85,6 +87,43 @@ fn parameters(domain: Domain) -> Value {
     let rows = telemetry::parameters(domain).iter();
     let rows = rows.map(|row| json!({ "name": row.name, "unit": row.unit, "what": row.what }));
     json!({ "domain": domain.text(), "parameters": rows.collect::<Vec<_>>() })
+}
+
+fn event(code: EventCode) -> Value {
+    let argument = |info: &telemetry::ArgumentInfo| json!({ "name": info.name, "unit": info.unit, "codes": info.codes.map(|list| list.name) });
+    json!({
+        "code": code.code(), "text": code.text(), "severity": code.severity().text(),
+        "arguments": code.arguments().iter().map(argument).collect::<Vec<_>>(),
+    })
+}
+
+/// A parameter table: whose it is, its fields with their ranges.
+#[must_use]
+pub fn table(id: TableId) -> Value {
+    let field = |field: &telemetry::TableField| {
+        json!({
+            "name": field.name, "unit": field.unit, "lowest": field.lowest, "highest": field.highest,
+            "whole": field.whole, "what": field.what,
+        })
+    };
+    let partitions: Vec<&str> = PartitionId::ALL.iter().filter(|own| id.is_of(**own)).map(|own| own.text()).collect();
+    json!({
+        "code": id.code(), "table": id.text(), "partitions": partitions,
+        "fields": id.fields().iter().map(field).collect::<Vec<_>>(),
+    })
+}
+
+/// Every event with severity and arguments, as JSON or as lines.
+#[must_use]
+pub fn event_list(as_json: bool) -> String {
+    if as_json {
+        return format!("{}\n", Value::from(EventCode::ALL.iter().map(|code| event(*code)).collect::<Vec<_>>()));
+    }
+    let line = |code: &EventCode| {
+        let arguments: Vec<&str> = code.arguments().iter().map(|info| info.name).collect();
+        format!("{:>3}  {:<11} {}: {}\n", code.code(), code.severity(), code.text(), arguments.join(", "))
+    };
+    EventCode::ALL.iter().map(line).collect()
 }
 
 /// What the numbers of one field stand for.
@@ -174,7 +213,20 @@ fn markdown() -> String {
             let _ = writeln!(text, "| {code} | {words} |{figures}");
         }
     }
+    let _ = writeln!(text, "\n## Events\n\n```\n{}```", event_list(false));
+    for id in TableId::ALL {
+        table_section(&mut text, *id);
+    }
     text
+}
+
+fn table_section(text: &mut String, id: TableId) {
+    let head = "| field | unit | lowest | highest | what |\n|---|---|---|---|---|";
+    let _ = writeln!(text, "\n## Parameter table: {id}\n\n{head}");
+    for field in id.fields() {
+        let (name, unit, lowest, highest) = (field.name, field.unit, field.lowest, field.highest);
+        let _ = writeln!(text, "| `{name}` | {unit} | {lowest} | {highest} | {} |", field.what);
+    }
 }
 
 /// A record that stands inside others.

@@ -24,10 +24,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod attach;
 mod bench;
 mod beside;
 mod budget;
 mod challenge;
+mod command;
 mod compare;
 mod completions;
 mod design;
@@ -38,6 +40,7 @@ mod drill;
 mod effects;
 mod effort;
 mod engine;
+mod events;
 mod feed_counts;
 mod flight;
 mod gateway;
@@ -70,6 +73,7 @@ mod scenario_run;
 mod scratch;
 mod simulate;
 mod table;
+mod tables;
 mod top;
 mod trace_file;
 mod truth;
@@ -123,6 +127,9 @@ const EXAMPLES: &str = "Examples:
   obsid latency                                    the link beside what the machine itself costs
   obsid budget                                     each partition in real time against its budget
   obsid top                                        watch a run that flies
+  obsid events --min-severity warning              what its partitions reported
+  obsid command ping all                           command it
+  obsid tables dump                                its parameter tables
   obsid simulate study_case --out flight.mcap      what the sensors of a plant would say
   obsid plant describe study_case                  a plant on one page: masses, modes, base parameters
   obsid design bp1a --out arm.toml                 more informative joint motion, within the limits
@@ -155,6 +162,10 @@ enum Command {
     Latency(latency::Arguments),
     Budget(budget::Arguments),
     Top(top::Arguments),
+    Events(events::Arguments),
+    #[command(name = "command")]
+    Order(command::Arguments),
+    Tables(tables::Arguments),
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(bench::Arguments),
     #[command(after_help = DESIGN_EXAMPLES)]
@@ -197,6 +208,9 @@ pub fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Gateway(arguments) => gateway::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Events(arguments) => events::run(&arguments),
+        Command::Order(arguments) => command::run(&arguments),
+        Command::Tables(arguments) => tables::run(&arguments),
         Command::Design(arguments) => design::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),

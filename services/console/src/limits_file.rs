@@ -28,6 +28,9 @@ pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, F
             limits.format
         )));
     }
+    if let Some(wrong) = limits.rules.iter().find_map(|rule| rule.check().err()) {
+        return Err(Failure::Input(miette::miette!(help = "see deploy/partitions.toml for a rule", "{file}: {wrong}")));
+    }
     match limits.missing(partitions) {
         Some(id) => {
             Err(Failure::Input(miette::miette!(help = "add a [[partition]] for it", "{file}: no row for {id}")))

@@ -81,6 +81,12 @@ pub struct Kept {
     /// Keeper only: simulated over real time at most
     #[arg(long)]
     pub speed: Option<f64>,
+    /// Keeper only: stored sequence of commands
+    #[arg(long)]
+    pub commands: Option<PathBuf>,
+    /// Keeper only: folder that keeps activated parameter tables and the log of restarts
+    #[arg(long)]
+    pub keep: Option<PathBuf>,
 }
 
 impl Arguments {

@@ -21,6 +21,8 @@ use telemetry::PartitionId;
   obsid run --trace flight.json                and what every process did when, for ui.perfetto.dev
   obsid run --link lockstep --seed 7 --json    in one thread, another seed, result as JSON
   obsid run --speed 1                          in real time
+  obsid run --commands campaign.toml           with a stored sequence of commands
+  obsid run --keep /var/lib/obsid              with the parameter tables that were activated last
   obsid run deploy/scenarios/study-case.toml   one craft, identified by all partitions together")]
 pub struct Arguments {
     /// Scenario file; without one the benchmark's (deploy/scenarios/default.toml, built in)
@@ -37,6 +39,13 @@ pub struct Arguments {
     /// repeated
     #[arg(long, value_name = "KIND@SITE name=value …")]
     hide: Vec<String>,
+    /// Stored sequence of commands (see obsid command), or a recording whose commands are repeated
+    #[arg(long, value_name = "FILE")]
+    commands: Option<PathBuf>,
+    /// Folder that keeps activated parameter tables and the log of restarts beyond the run; the run
+    /// begins with the tables that it holds
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
 }
 
 /// What `run` and `replay` have in common.
@@ -75,6 +84,9 @@ pub struct Common {
     /// Drill: a damaged sample goes out in this frame, or of a topic from it on, FRAME[:TOPIC]
     #[arg(long, hide = true, value_parser = corrupt)]
     corrupt: Vec<Fault>,
+    /// Drill: a partition reports so many events in every frame, NAME@COUNT
+    #[arg(long, hide = true, value_parser = flood)]
+    flood: Vec<Fault>,
     /// Drill: a partition tries what it has no right to
     #[arg(long, hide = true, value_parser = probe)]
     probe: Vec<Fault>,
@@ -102,7 +114,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut run = config(opened, &arguments.common, None)?;
     run.config.seed = arguments.seed.unwrap_or(run.scenario.seed);
     run.config.speed = arguments.speed;
+    order(&mut run.config, arguments.commands.as_deref(), arguments.keep.as_deref())?;
     carry_out(run, &arguments.common)
+}
+
+/// Commands and tables with which the run begins.
+///
+/// # Errors
+/// [`Failure::Input`] for a sequence or a folder that cannot be used.
+pub fn order(config: &mut RunConfig, commands: Option<&Path>, keep: Option<&Path>) -> Result<(), Failure> {
+    if let Some(file) = commands {
+        (config.commands, config.tables) = crate::command::read_sequence(file, &config.partitions)?;
+    }
+    if let Some(folder) = keep {
+        if !folder.is_dir() {
+            let cure = "make the folder: activated tables and the log of restarts are kept in it";
+            return Err(Failure::Input(miette::miette!(help = cure, "{}: no such folder", folder.display())));
+        }
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.into());
+        config.tables = crate::tables::stored_tables(&folder);
+        config.keep = Some(folder);
+    }
+    Ok(())
 }
 
 /// A scenario for a recording states no plant: there is nothing to simulate.
@@ -232,8 +265,11 @@ pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> 
         speed: None,
         partitions,
         limits,
+        tables: Vec::new(),
+        keep: None,
+        commands: Vec::new(),
         sabotage: common.sabotage.unwrap_or_default(),
-        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt, &common.probe]
+        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt, &common.flood, &common.probe]
             .into_iter()
             .flatten()
             .copied()
@@ -278,6 +314,12 @@ fn kill_always(text: &str) -> Result<Fault, String> {
 
 fn hang(text: &str) -> Result<Fault, String> {
     place(text).map(|(partition, frame)| Fault::Hang { partition, frame })
+}
+
+fn flood(text: &str) -> Result<Fault, String> {
+    let (partition, events) = place(text)?;
+    let events = u32::try_from(events).map_err(|error| error.to_string())?;
+    Ok(Fault::Flood { partition, events })
 }
 
 fn probe(text: &str) -> Result<Fault, String> {

@@ -4,7 +4,7 @@
 //! It reads what the run leaves in its folder and what the kernel says of its processes. It joins
 //! no shared memory, so that it cannot disturb what it looks at.
 
-use crate::{Failure, interrupt};
+use crate::{Failure, attach, interrupt};
 use runtime::rundir::{self, RunDir};
 use runtime::statistics::{LifeFigures, latest};
 use runtime::usage::Usage;
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Input(miette::miette!(help = help, "--interval {}", arguments.interval)));
     }
     let interrupted = interrupt::flag()?;
-    let dir = find(arguments.run.clone())?;
+    let dir = attach::living(arguments.run.clone())?;
     let clear = std::io::stdout().is_terminal() && !arguments.once;
     let mut before = Look::at(&dir);
     loop {
@@ -79,22 +79,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         before = now;
     }
-}
-
-fn find(asked: Option<PathBuf>) -> Result<RunDir, Failure> {
-    let root = std::env::var_os("OBSID_ROOT").filter(|value| !value.is_empty());
-    let root = root.map_or_else(|| PathBuf::from("/dev/shm"), PathBuf::from);
-    let found = match asked {
-        Some(path) => Some(path).filter(|path| rundir::is_alive(path)),
-        None => rundir::living(&root),
-    };
-    found.map(|path| RunDir::at(&path)).ok_or_else(|| {
-        Failure::Input(miette::miette!(
-            help = "start one with `obsid run`; of a run with its own OBSID_ROOT set the same here",
-            "{}: no run flies there",
-            root.display()
-        ))
-    })
 }
 
 /// What is known of a partition at a moment.

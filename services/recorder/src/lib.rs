@@ -28,6 +28,7 @@
 #![forbid(unsafe_code)]
 
 use recording::McapRecorder;
+use runtime::table_store;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -134,6 +135,7 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
     ]);
     let files = run.files.iter().map(|(name, text)| (name.clone(), text.clone()));
+    let tables = (!run.tables.is_empty()).then(|| (table_store::ATTACHMENT.into(), table_store::to_json(&run.tables)));
     let (results, everything) = match &run.results {
         Some(results) => (Sink::new(results, false), Some(Sink::new(&run.record, run.record_all))),
         None => (Sink::new(&run.record, run.record_all), None),
@@ -143,7 +145,7 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         everything,
         stopped: None,
         metadata,
-        attachments: [(SCENARIO.to_string(), run.scenario.clone())].into_iter().chain(files).collect(),
+        attachments: [(SCENARIO.to_string(), run.scenario.clone())].into_iter().chain(files).chain(tables).collect(),
         failure: None,
         frames: 0,
     }))
@@ -230,7 +232,8 @@ impl Recorder {
         let mut file = McapRecorder::create(path).map_err(|error| error.to_string())?;
         file.metadata("run", &self.metadata).map_err(|error| error.to_string())?;
         for (name, text) in &self.attachments {
-            file.attach(name, "application/toml", text.as_bytes()).map_err(|error| error.to_string())?;
+            let kind = if name == table_store::ATTACHMENT { "application/json" } else { "application/toml" };
+            file.attach(name, kind, text.as_bytes()).map_err(|error| error.to_string())?;
         }
         Ok(file)
     }

@@ -26,6 +26,7 @@
 //! |---|---|
 //! | `mode` | the mode table and the machine that evaluates it, once a frame |
 //! | `validation` | two verdicts on a model: complete, adequate |
+//! | `guards_table` | limits of the mode table as a parameter table |
 //! | `held_out` | the last fifth of an experiment, simulated with an estimate that never saw it |
 //! | `inertia` | inertia by the modes against that by the momentum |
 //! | `contact` | contact detected from a jump of the momentum, or of the base rate |
@@ -37,6 +38,7 @@
 #![forbid(unsafe_code)]
 
 pub mod contact;
+mod guards_table;
 pub mod held_out;
 pub mod inertia;
 mod joint;
@@ -62,7 +64,8 @@ use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
     ACCELEROMETERS, ACTUATORS, AnyEstimate, COMPARISON_INERTIA, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL,
-    ESTIMATE_SLOSH, IMU, JOINTS, MODE, ModeState, PartitionId, Phase, Reason, TopicId, VERDICT, Verdict,
+    ESTIMATE_SLOSH, IMU, JOINTS, MODE, ModeState, Opcode, PartitionId, Phase, Reason, TableId, TableValues, TopicId,
+    VERDICT, Verdict,
 };
 use verdicts::Ledger;
 
@@ -153,6 +156,7 @@ impl Partition for Supervisor {
             self.state.started = true;
             stimuli.push(Stimulus::Start);
         }
+        stimuli.extend(frame.mode_commands().filter_map(ordered));
         let modal = frame.samples(ESTIMATE_MODAL).iter().map(AnyEstimate::Modal);
         let slosh = frame.samples(ESTIMATE_SLOSH).iter().map(AnyEstimate::Slosh);
         let inertial = frame.samples(ESTIMATE_INERTIAL).iter().map(AnyEstimate::Inertial);
@@ -168,6 +172,21 @@ impl Partition for Supervisor {
         let missing = self.state.ledger.missing(decision.as_ref(), machine, plan, &situation);
         for (domain, phase, why) in missing {
             self.publish_verdict(&validation::no_model(domain, phase, why, frame.number, frame.t_ns), out);
+        }
+    }
+
+    fn obeys_mode_commands(&self) -> bool {
+        true
+    }
+
+    fn table(&self, table: TableId) -> Option<TableValues> {
+        (table == TableId::Guards).then(|| guards_table::of(&self.mission.plan)).flatten()
+    }
+
+    fn activate(&mut self, table: TableId, values: &TableValues) {
+        if table == TableId::Guards {
+            guards_table::put(&mut self.mission.plan, values);
+            self.state.machine.set_limits(&self.mission.plan);
         }
     }
 
@@ -262,6 +281,16 @@ impl Supervisor {
             of.lost = state.lost[index];
         }
         situation
+    }
+}
+
+/// What a command of the mode table is to the machine.
+const fn ordered(opcode: Opcode) -> Option<Stimulus> {
+    match opcode {
+        Opcode::Safe => Some(Stimulus::SafeCommand),
+        Opcode::Resume => Some(Stimulus::OperatorResume),
+        Opcode::AllowCapture => Some(Stimulus::OperatorOverride),
+        _ => None,
     }
 }
 

@@ -103,6 +103,17 @@ impl ModeMachine {
         }
     }
 
+    /// Takes the limits and longest waits of `plan`; its experiments stay.
+    pub fn set_limits(&mut self, plan: &Plan) {
+        let own = &mut self.plan;
+        own.base_rate_limit_rad_s = plan.base_rate_limit_rad_s;
+        own.settle_frames = plan.settle_frames;
+        own.hold_timeout_frames = plan.hold_timeout_frames;
+        own.capture_timeout_frames = plan.capture_timeout_frames;
+        own.safe_dwell_frames = plan.safe_dwell_frames;
+        own.accepted_age_limit_frames = plan.accepted_age_limit_frames;
+    }
+
     /// State last decided on; in force from [`Self::effective_frame`].
     pub fn state(&self) -> ModeState {
         self.state

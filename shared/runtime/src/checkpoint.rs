@@ -1,13 +1,14 @@
 //! Checkpoints: two slots, written in turn, so that a write cut off at any byte leaves the one
 //! before.
 //!
-//! What a partition has that only grows is appended to a file beside them before a slot says how much
-//! of it counts; what a kill left behind that is cut off.
+//! What a partition has that only grows is appended to a file beside them before a slot says how
+//! much of it counts; what a kill left behind that is cut off.
 //!
 //! Slot = magic, format, layout of the telemetry, generation, length, CRC-32, postcard body. A slot
 //! that does not check is as if it were not there.
 
 use crate::inbox::Cursors;
+use crate::orders::Orders;
 use crate::outbox::{Entry, Outbox};
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -31,6 +32,8 @@ pub struct Checkpoint {
     pub seq: [u64; TOPICS_MAX],
     /// By topic: last sequence number taken; and the counters of the inbox.
     pub cursors: Cursors,
+    /// Commands and tables.
+    pub orders: Orders,
     /// Outputs that a restart sends again.
     pub outbox: Vec<Entry>,
     /// The partition's own state.
@@ -53,6 +56,8 @@ pub struct CheckpointParts<'a> {
     pub seq: &'a [u64; TOPICS_MAX],
     /// As [`Checkpoint::cursors`].
     pub cursors: Cursors,
+    /// As [`Checkpoint::orders`].
+    pub orders: &'a Orders,
     /// As [`Checkpoint::outbox`].
     pub outbox: Entries<'a>,
     /// As [`Checkpoint::state`].

@@ -1,6 +1,9 @@
 //! Configuration of a run: written once by the process that starts it, read by every partition.
 
 use crate::feed::FeedConfig;
+use crate::orders::StoredCommand;
+use crate::rules::EventRule;
+use crate::table_store::StoredTable;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -75,6 +78,8 @@ pub enum Fault {
     /// A damaged copy goes out before the good sample: of every inertial sample of that frame, or
     /// of the first one of `topic` from that frame on.
     Corrupt { frame: u64, topic: Option<TopicId> },
+    /// The partition reports so many events in every frame.
+    Flood { partition: PartitionId, events: u32 },
     /// The partition tries what it has no right to, in its first life.
     Probe { partition: PartitionId },
 }
@@ -137,6 +142,15 @@ pub struct RunConfig {
     pub partitions: Vec<PartitionId>,
     /// When the warden restarts a partition, and when it gives one up.
     pub limits: Limits,
+    /// Tables in force from the beginning, in the place of declared defaults.
+    #[serde(default)]
+    pub tables: Vec<StoredTable>,
+    /// Folder that keeps activated tables and the reset log beyond the run.
+    #[serde(default)]
+    pub keep: Option<PathBuf>,
+    /// A stored sequence of commands, in the order of their frames.
+    #[serde(default)]
+    pub commands: Vec<StoredCommand>,
     /// For tests: the safeguard that is switched off.
     pub sabotage: Sabotage,
     /// For tests: faults that partitions inject into themselves.
@@ -154,6 +168,9 @@ pub struct Limits {
     /// One row per partition, in any order.
     #[serde(rename = "partition")]
     pub partitions: Vec<PartitionLimits>,
+    /// Events that become commands.
+    #[serde(default, rename = "rule")]
+    pub rules: Vec<EventRule>,
 }
 
 /// One partition's row.
@@ -213,7 +230,7 @@ impl Limits {
             memory_mb: None,
             descriptors: None,
         };
-        Limits { format: 1, stall_s: 60, partitions: PartitionId::ALL.iter().map(row).collect() }
+        Limits { format: 1, stall_s: 60, partitions: PartitionId::ALL.iter().map(row).collect(), rules: Vec::new() }
     }
 
     /// The row of `partition`.
@@ -297,6 +314,9 @@ pub(crate) mod tests {
             checkpoint_frames: 25,
             partitions: vec![SensorSim, InertialId],
             limits: Limits::alike(5000),
+            tables: Vec::new(),
+            keep: None,
+            commands: Vec::new(),
             sabotage: Sabotage::None,
             faults: Vec::new(),
         }

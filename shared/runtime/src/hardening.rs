@@ -71,6 +71,7 @@ fn places(dir: &RunDir, id: PartitionId, run: &RunConfig) -> Vec<sys::Place> {
     let place = |path: &Path, whole| sys::Place { path: path.into(), whole };
     let mut places =
         vec![place(Path::new(SHARED_MEMORY), false), place(&dir.iceoryx_root(), true), place(&dir.own(id), false)];
+    places.extend(run.keep.as_deref().map(|folder| place(folder, false)));
     if id == PartitionId::Recorder {
         // A recording is repaired as a second file beside it.
         let files = [Some(&run.record), run.results.as_ref()].into_iter().flatten();

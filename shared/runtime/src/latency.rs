@@ -137,6 +137,9 @@ pub struct FrameTimes {
     pub jitter: LatencyHistogram,
     /// Frames that ended later than their deadline.
     pub deadline_misses: u64,
+    /// Whole periods by which frames began late, in real time.
+    #[serde(default)]
+    pub cycle_slips: u64,
 }
 
 impl FrameTimes {
@@ -146,7 +149,7 @@ impl FrameTimes {
         self.frame.copy_from(&other.frame);
         self.end_to_end.copy_from(&other.end_to_end);
         self.jitter.copy_from(&other.jitter);
-        self.deadline_misses = other.deadline_misses;
+        (self.deadline_misses, self.cycle_slips) = (other.deadline_misses, other.cycle_slips);
     }
 
     /// Adds the times of another life.
@@ -156,6 +159,7 @@ impl FrameTimes {
         self.end_to_end.add(&other.end_to_end);
         self.jitter.add(&other.jitter);
         self.deadline_misses += other.deadline_misses;
+        self.cycle_slips += other.cycle_slips;
     }
 }
 

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-use telemetry::{Delivery, MODE, PartitionId, TOPICS, TopicId};
+use telemetry::{Delivery, MODE, PartitionId, TELECOMMAND, TOPICS, TopicId};
 
 /// One output; trailing zeros (unused rows of a batch, unused parameters) are not stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,7 +56,7 @@ impl Outbox {
         for (topic, info) in TOPICS.iter().enumerate().filter(|(_, info)| info.producers == producer.text()) {
             let count = match info.delivery {
                 Delivery::Source => info.per_frame * (self.window as usize + 2),
-                Delivery::Feedback if topic == MODE.id => info.depth + 1,
+                Delivery::Feedback if topic == MODE.id || topic == TELECOMMAND.id => info.depth + 1,
                 Delivery::Feedback => RESULTS_KEPT,
                 Delivery::Status => 0,
             };
@@ -68,6 +68,12 @@ impl Outbox {
         }
         self.recent.reserve(entries);
         self.modes.reserve(TOPICS[MODE.id].depth + 1);
+    }
+
+    /// The pacing window \[frames\].
+    #[must_use]
+    pub fn window(&self) -> u64 {
+        self.window
     }
 
     /// Bytes of all entries, about.

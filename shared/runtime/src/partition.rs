@@ -5,7 +5,9 @@
 
 use crate::config::RunConfig;
 use crate::inbox::Inbox;
-use telemetry::{Command, Mode, PartitionId, Sample, Stamps, Topic, TopicId};
+use telemetry::{
+    Command, Mode, Opcode, PartitionId, Sample, Stamps, TELECOMMAND, TableId, TableValues, Topic, TopicId,
+};
 use zerocopy::IntoBytes;
 
 /// One control period with the samples that belong to it, in an order that does not depend on
@@ -41,6 +43,13 @@ impl Frame<'_> {
     #[must_use]
     pub fn new_mode(&self) -> Option<&Mode> {
         self.samples(telemetry::MODE).last()
+    }
+
+    /// Commands of the mode table that take effect with this frame; the runtime carries out all
+    /// others.
+    pub fn mode_commands(&self) -> impl Iterator<Item = Opcode> {
+        let own = self.samples(TELECOMMAND).iter().filter(|one| one.is_for(PartitionId::Supervisor) && one.is_intact());
+        own.filter_map(|one| Opcode::from_code(one.opcode)).filter(|opcode| opcode.is_of_mode())
     }
 }
 
@@ -159,6 +168,16 @@ pub trait Partition: Send {
     }
     /// Takes back what [`Partition::journal`] was at the checkpoint; called behind `restore`.
     fn take_journal(&mut self, _journal: &[u8]) {}
+    /// Supervisor only: whether it obeys [`Frame::mode_commands`].
+    fn obeys_mode_commands(&self) -> bool {
+        false
+    }
+    /// Values of `table` in force; `None`: it has no such table.
+    fn table(&self, _table: TableId) -> Option<TableValues> {
+        None
+    }
+    /// Takes values that were checked, between two frames; after a restart again, behind `restore`.
+    fn activate(&mut self, _table: TableId, _values: &TableValues) {}
     /// Called once when the run ends or is stopped.
     ///
     /// # Errors

@@ -1,25 +1,31 @@
 //! A partition as a process: joins shared memory, turns until the run ends, reports how it does.
 
 use crate::config::{Fault, KillPoint};
+use crate::events::EventLog;
+use crate::ground::GroundPort;
 use crate::hardening::Hardening;
 use crate::inbox::Counters;
 use crate::link::{Link, LinkError};
 use crate::pacing::GIVEN_UP;
 use crate::partition::{Connect, ConnectError};
+use crate::rules::Rules;
 use crate::rundir::RunDir;
-use crate::runner::{RunError, Runner, Timetable, Turn};
+use crate::runner::{RunError, Runner, TablePlaces, Timetable, Turn};
 use crate::shm::{Role, ShmLink};
 use crate::statistics::Statistics;
+use crate::table_store::TableStore;
 use crate::trace::{Mark, Trace};
 use crate::watch::HangWatch;
-use crate::{RunConfig, sys};
+use crate::{RunConfig, resets, sys};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use telemetry::{COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Sample, TICK};
+use telemetry::{
+    COMMAND, Command, EVENT, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Severity, TELECOMMAND, TICK,
+};
 
 /// Frames per turn: bounds the time between looks at signals and links.
 const FRAMES_PER_TURN: u64 = 25;
@@ -41,21 +47,6 @@ pub struct Life {
     pub cause: u32,
     /// Process id of the warden, whose death is this partition's.
     pub parent: Option<u32>,
-}
-
-/// Of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u16)]
-enum Severity {
-    Information = 0,
-    Warning = 1,
-    Alarm = 2,
-}
-
-impl Severity {
-    fn of_start(life: Life) -> Self {
-        if life.epoch == 0 { Severity::Information } else { Severity::Warning }
-    }
 }
 
 /// Why a partition's process ends before its run.
@@ -137,6 +128,10 @@ struct Process<'a> {
     /// Counters as last reported in an event.
     reported: Counters,
     watch: Option<HangWatch>,
+    /// The supervisor's.
+    ground: Option<GroundPort>,
+    /// The supervisor's.
+    rules: Rules,
     finished: bool,
     others_done: Vec<PartitionId>,
     timetable: Option<Timetable>,
@@ -168,7 +163,11 @@ impl<'a> Process<'a> {
         };
         let partition = connect(run)?;
         let mut inputs = partition.inputs().to_vec();
-        inputs.extend([TICK.id, telemetry::MODE.id, PROGRESS.id, COMMAND.id]);
+        inputs.extend([TICK.id, telemetry::MODE.id, PROGRESS.id, COMMAND.id, TELECOMMAND.id]);
+        let rules = Rules::new(if is_supervisor { &run.limits.rules } else { &[] });
+        if is_supervisor && !run.limits.rules.is_empty() {
+            inputs.push(EVENT.id);
+        }
         let link = ShmLink::join(&dir.prefix(), &dir.iceoryx_root(), id, &inputs, role)?;
         let store = crate::checkpoint::Store::new(&dir.own(id), id.text());
         let mut runner = Runner::start(partition, link, run, life.epoch, Some(store))?.with_fault_hook(strike);
@@ -178,6 +177,8 @@ impl<'a> Process<'a> {
             trace.mark(Mark::Start, life.epoch.into(), now_ns, now_ns);
             runner.trace_to(trace);
         }
+        let ground = is_supervisor.then(|| GroundPort::open(&dir.ground())).transpose()?;
+        keep_records(&mut runner, run, dir, life)?;
         if role == Role::Creates {
             std::fs::write(dir.ready(), "")?;
         }
@@ -194,6 +195,8 @@ impl<'a> Process<'a> {
             run,
             statistics: Statistics::new(dir.statistics(id), life),
             watch: is_supervisor.then(|| HangWatch::new(run)),
+            ground,
+            rules,
             finished: false,
             others_done: Vec::with_capacity(PartitionId::COUNT),
             last_beat: Instant::now(),
@@ -204,8 +207,8 @@ impl<'a> Process<'a> {
         if let Some(watch) = &mut process.watch {
             watch.say_ready();
         }
-        let figures = Event { restarts: life.epoch, restart_cause: life.cause, ..Event::zeroed_at(0) };
-        process.event(EventCode::Started, Severity::of_start(life), figures)?;
+        let severity = if life.epoch == 0 { Severity::Information } else { Severity::Warning };
+        process.runner.event_as(severity, EventCode::Started, &[life.epoch.into(), life.cause.into()])?;
         process.wake_everybody();
         process.runner.beat()?;
         process.report("READY=1");
@@ -225,7 +228,11 @@ impl<'a> Process<'a> {
     }
 
     fn cycle(&mut self) -> Result<(), ProcessError> {
+        if let Some(ground) = &mut self.ground {
+            ground.receive(|command| self.runner.take_command(command))?;
+        }
         let turn = self.runner.turn(self.frames_allowed())?;
+        self.obey_rules()?;
         let ended_now = turn == Turn::Finished && !self.finished;
         self.finished = turn == Turn::Finished;
         self.note_finished();
@@ -236,8 +243,7 @@ impl<'a> Process<'a> {
         self.runner.forget_heard();
         for lost in given_up {
             self.runner.publish_status(COMMAND, &give_up(lost))?;
-            let figures = Event { given_up: lost.code().into(), ..Event::zeroed_at(0) };
-            self.event(EventCode::GivenUp, Severity::Alarm, figures)?;
+            self.runner.event(EventCode::GivenUp, &[lost.code().into()])?;
             self.runner.link_mut().bury_the_dead();
             self.wake_everybody();
         }
@@ -255,6 +261,7 @@ impl<'a> Process<'a> {
         }
         if self.runner.began_anew() && !self.told_anew {
             self.told_anew = true;
+            self.runner.event(EventCode::BeganAnew, &[self.runner.frames_done() as f64])?;
             let (id, frame) = (self.runner.id(), self.runner.frames_done());
             sys::tell(&format!(
                 "{id}: no checkpoint is whole: it begins anew at frame {frame}, what it knew is lost\n"
@@ -267,6 +274,15 @@ impl<'a> Process<'a> {
         }
         if !matches!(turn, Turn::Worked(_)) {
             self.wait()?;
+        }
+        Ok(())
+    }
+
+    /// Events that become commands.
+    fn obey_rules(&mut self) -> Result<(), ProcessError> {
+        while let Some(event) = self.runner.take_heard_event() {
+            let runner = &mut self.runner;
+            self.rules.hear(&event, sys::monotonic_ns(), |opcode, to| runner.take_own_command(opcode, to))?;
         }
         Ok(())
     }
@@ -300,8 +316,8 @@ impl<'a> Process<'a> {
 
     fn end(&mut self) -> Result<(), ProcessError> {
         self.runner.finish()?;
-        let figures = Event { frames: self.runner.frames_done(), ..Event::zeroed_at(0) };
-        self.event(EventCode::Ended, Severity::Information, figures)?;
+        self.runner.say_squelched(true)?;
+        self.runner.event(EventCode::Ended, &[self.runner.frames_done() as f64])?;
         self.housekeeping()?;
         self.runner.beat()?;
         self.wake_everybody();
@@ -352,27 +368,17 @@ impl<'a> Process<'a> {
         }
     }
 
-    fn event(&mut self, code: EventCode, severity: Severity, figures: Event) -> Result<(), ProcessError> {
-        let partition = self.runner.id().code();
-        let event = Event { partition, severity: severity as u16, code: code.code().into(), ..figures };
-        Ok(self.runner.publish_status(EVENT, &event)?)
-    }
-
     /// Reports drops and losses: one event of each per housekeeping period.
     fn report_losses(&mut self) -> Result<(), ProcessError> {
         let (now, reported) = (self.runner.counters(), self.reported);
         self.reported = now;
-        if now.bad > reported.bad {
-            let (samples, samples_total) = (now.bad - reported.bad, now.bad);
-            let figures = Event { samples, samples_total, ..Event::zeroed_at(0) };
-            self.event(EventCode::BadSamples, Severity::Warning, figures)?;
+        let kinds = [(EventCode::BadSamples, now.bad, reported.bad), (EventCode::SamplesLost, now.lost, reported.lost)];
+        for (code, now, reported) in kinds {
+            if now > reported {
+                self.runner.event(code, &[(now - reported) as f64, now as f64])?;
+            }
         }
-        if now.lost > reported.lost {
-            let (samples, samples_total) = (now.lost - reported.lost, now.lost);
-            let figures = Event { samples, samples_total, ..Event::zeroed_at(0) };
-            self.event(EventCode::SamplesLost, Severity::Warning, figures)?;
-        }
-        Ok(())
+        Ok(self.runner.say_squelched(false)?)
     }
 
     fn housekeeping(&mut self) -> Result<(), ProcessError> {
@@ -380,6 +386,19 @@ impl<'a> Process<'a> {
         let sample = self.statistics.sample(&self.runner);
         self.runner.publish_status(HOUSEKEEPING, &sample)?;
         Ok(self.statistics.write()?)
+    }
+}
+
+/// Where events and tables of this life go, before the process loses its rights to open files.
+fn keep_records(runner: &mut Runner<ShmLink>, run: &RunConfig, dir: &RunDir, life: Life) -> std::io::Result<()> {
+    let id = runner.id();
+    runner.log_events_to(EventLog::open(&dir.events(id))?);
+    let slots = run.keep.clone().unwrap_or_else(|| dir.own(id));
+    runner.keep_tables(TablePlaces { slots: TableStore::at(&slots), report: dir.tables(id) });
+    match run.keep.as_deref().filter(|_| life.epoch > 0) {
+        // A full disk costs a line of the log and not the partition.
+        Some(folder) => Ok(resets::append(&resets::file(folder), id, life).unwrap_or_default()),
+        None => Ok(()),
     }
 }
 
@@ -399,7 +418,7 @@ fn strike(fault: &Fault) {
         Fault::Kill { .. } | Fault::KillAlways { .. } | Fault::Tear { .. } => sys::kill_self(),
         Fault::Crash { .. } => sys::crash_self(),
         Fault::Hang { .. } => sys::stop_self(),
-        Fault::Corrupt { .. } | Fault::Probe { .. } => {}
+        Fault::Corrupt { .. } | Fault::Flood { .. } | Fault::Probe { .. } => {}
     }
 }
 

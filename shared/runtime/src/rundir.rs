@@ -70,6 +70,22 @@ impl RunDir {
         self.own(partition).join("stats.json")
     }
 
+    /// Newest events of `partition`: a ring, see [`crate::events`].
+    #[must_use]
+    pub fn events(&self, partition: PartitionId) -> PathBuf {
+        self.own(partition).join("events")
+    }
+    /// Tables of `partition` as JSON, rewritten when one changes.
+    #[must_use]
+    pub fn tables(&self, partition: PartitionId) -> PathBuf {
+        self.own(partition).join("tables.json")
+    }
+    /// Socket that takes commands.
+    #[must_use]
+    pub fn ground(&self) -> PathBuf {
+        self.own(PartitionId::Supervisor).join("ground")
+    }
+
     /// The warden's reports, one JSON object a line.
     #[must_use]
     pub fn log(&self) -> PathBuf {
@@ -144,7 +160,8 @@ impl OwnedRunDir {
     /// it.
     ///
     /// # Errors
-    /// As [`OwnedRunDir::create`]; when a living run has the folder, or the folder is none of a run.
+    /// As [`OwnedRunDir::create`]; when a living run has the folder, or the folder is none of a
+    /// run.
     pub fn create_at(path: &Path, run: &RunConfig) -> io::Result<Self> {
         let dir = RunDir(std::path::absolute(path)?);
         dir.check_length()?;

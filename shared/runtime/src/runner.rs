@@ -3,16 +3,20 @@
 //! A turn drains the link, runs every frame that is complete, sends outputs, checkpoints and
 //! reports progress. It never waits: who calls it decides whether to sleep.
 
+mod events;
 mod faults;
 mod figures;
+mod orders;
 mod out;
 mod timetable;
 mod worker;
 
+pub use orders::{TablePlaces, TableReport};
 pub use timetable::Timetable;
 
 use crate::checkpoint::{Checkpoint, CheckpointError, Store};
 use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
+use crate::events::{EventGate, EventLog};
 use crate::inbox::Inbox;
 use crate::latency::FrameTimes;
 use crate::link::{Link, LinkError};
@@ -20,7 +24,11 @@ use crate::outbox::Outbox;
 use crate::pacing::Pacing;
 use crate::partition::{Frame, Outputs, Partition, StateError};
 use crate::trace::{Mark, Trace};
-use telemetry::{COMMAND, Command, Header, MODE, PROGRESS, PartitionId, Progress, TICK, TOPICS, TOPICS_MAX, Tick};
+use orders::Desk;
+use telemetry::{
+    COMMAND, Command, EVENT, Event, EventCode, Header, MODE, PROGRESS, PartitionId, Progress, TELECOMMAND, TICK,
+    TOPICS, TOPICS_MAX, Tick,
+};
 use worker::{Worker, WorkerEnded};
 
 /// Why a partition cannot go on.
@@ -63,6 +71,8 @@ struct Begun {
     started_ns: u64,
     /// Send of its newest sample; 0 without one.
     newest_ns: u64,
+    /// Mode that came into force with it.
+    entered: Option<telemetry::ModeState>,
 }
 
 fn worker_ended(WorkerEnded: WorkerEnded) -> RunError {
@@ -100,6 +110,15 @@ pub struct Runner<L: Link> {
     cycles: u64,
     progress_due: bool,
     finished: bool,
+    desk: Desk,
+    gate: EventGate,
+    /// Of all partitions, for a supervisor with rules.
+    heard_events: Vec<Event>,
+    event_log: Option<EventLog>,
+    /// In real time: between two frames \[ns\].
+    interval_ns: Option<u64>,
+    /// Whole periods by which the last frame began late.
+    behind_cycles: u64,
     commands: Vec<Command>,
     urgent: Vec<Command>,
     times: FrameTimes,
@@ -138,7 +157,9 @@ impl<L: Link> Runner<L> {
         mut store: Option<Store>,
     ) -> Result<Self, RunError> {
         let id = partition.id();
-        let checkpoint = match store.as_ref().map(Store::load).transpose()?.flatten() {
+        let loaded = store.as_ref().map(Store::load).transpose()?.flatten();
+        let is_fresh = loaded.is_none();
+        let checkpoint = match loaded {
             Some(checkpoint) => {
                 partition.restore(&checkpoint.state)?;
                 if let Some(store) = &mut store {
@@ -149,9 +170,12 @@ impl<L: Link> Runner<L> {
             None => Checkpoint::default(),
         };
         let is_source = id == PartitionId::SensorSim;
-        let mut inputs = vec![MODE.id, PROGRESS.id, COMMAND.id];
+        let mut inputs = vec![MODE.id, PROGRESS.id, COMMAND.id, TELECOMMAND.id];
         if !is_source {
             inputs.push(TICK.id);
+        }
+        if id == PartitionId::Supervisor && !run.limits.rules.is_empty() {
+            inputs.push(EVENT.id);
         }
         inputs.extend_from_slice(partition.inputs());
         inputs.sort_unstable();
@@ -172,6 +196,12 @@ impl<L: Link> Runner<L> {
             cycles: 0,
             progress_due: true,
             finished: checkpoint.ended,
+            desk: Desk::default(),
+            gate: EventGate::default(),
+            heard_events: Vec::with_capacity(TOPICS[EVENT.id].depth),
+            event_log: None,
+            interval_ns: run.speed.map(|speed| ((run.period_ns as f64 / speed) as u64).max(1)),
+            behind_cycles: 0,
             commands: Vec::with_capacity(8),
             urgent: Vec::with_capacity(8),
             times: FrameTimes::default(),
@@ -197,6 +227,7 @@ impl<L: Link> Runner<L> {
             away: None,
             link,
         };
+        runner.begin_orders(run, checkpoint.orders, is_fresh);
         runner.outbox.reserve(id);
         let bytes = runner.outbox.reserved_bytes() + STATE_BYTES;
         runner.store.iter_mut().for_each(|store| store.reserve(bytes));
@@ -283,12 +314,14 @@ impl<L: Link> Runner<L> {
         // drained after it.
         for topic in core::iter::once(TICK.id).chain((0..TOPICS.len()).filter(|&topic| topic != TICK.id)) {
             let (inbox, heard, commands) = (&mut self.inbox, &mut self.heard, &mut self.commands);
+            let events = &mut self.heard_events;
             self.link.drain(topic, &mut |stamps, payload| {
                 if inbox.arrive(topic, stamps, payload) {
                     // Read from the inbox's copy, never again from shared memory: a peer may write
                     // in between.
                     heard.extend(inbox.newest(PROGRESS).filter(|_| topic == PROGRESS.id));
                     commands.extend(inbox.newest(COMMAND).filter(|_| topic == COMMAND.id));
+                    events.extend(inbox.newest(EVENT).filter(|_| topic == EVENT.id));
                 }
             })?;
         }
@@ -344,12 +377,14 @@ impl<L: Link> Runner<L> {
         self.began_anew |= self.frames_done == 0 && tick.frame > 0;
         let started_ns = self.link.now_ns();
         self.inbox.collect(tick.frame, &tick.last_seq);
+        self.carry_out_commands(tick.frame)?;
         let mut newest_ns = 0;
         for sent_ns in self.inbox.sent_ns() {
             self.times.latency.record(started_ns.saturating_sub(sent_ns));
             newest_ns = newest_ns.max(sent_ns);
         }
         self.outputs.clear();
+        let mut entered = None;
         let frame = Frame {
             number: tick.frame,
             t_ns: tick.t_ns,
@@ -359,6 +394,7 @@ impl<L: Link> Runner<L> {
             inbox: &self.inbox,
         };
         if let Some(state) = frame.new_mode().and_then(|mode| telemetry::ModeState::from_code(mode.state)) {
+            entered = (state != self.mode).then_some(state);
             self.mode = state;
             if let Some(trace) = &mut self.trace {
                 trace.mark(Mark::Mode, state.code().into(), started_ns, started_ns);
@@ -367,7 +403,7 @@ impl<L: Link> Runner<L> {
         let partition = self.partition.as_mut().expect("at home while no work is away");
         partition.frame(&frame, &mut self.outputs);
         self.urgent.clear();
-        let begun = Begun { tick: *tick, started_ns, newest_ns };
+        let begun = Begun { tick: *tick, started_ns, newest_ns, entered };
         if partition.has_work() {
             let Some(worker) = &self.worker else {
                 partition.work(&mut self.outputs);
@@ -382,6 +418,14 @@ impl<L: Link> Runner<L> {
         self.complete(&begun)
     }
 
+    /// One partition says it for all.
+    fn note_mode(&mut self, entered: Option<telemetry::ModeState>) -> Result<(), RunError> {
+        match entered.filter(|_| self.id == PartitionId::Supervisor) {
+            Some(state) => self.event(EventCode::ModeEntered, &[state.code().into()]),
+            None => Ok(()),
+        }
+    }
+
     /// Takes the partition back when its work is done; the number of frames that are complete now.
     fn welcome_back(&mut self) -> Result<u64, RunError> {
         let (Some(begun), Some(worker)) = (self.away, &self.worker) else { return Ok(0) };
@@ -394,10 +438,13 @@ impl<L: Link> Runner<L> {
 
     /// Sends what the frame published, and closes it.
     fn complete(&mut self, begun: &Begun) -> Result<(), RunError> {
-        let Begun { tick, started_ns, newest_ns } = begun;
+        let Begun { tick, started_ns, newest_ns, entered } = begun;
         let ended = if self.pacing.is_some() { self.outputs.ended } else { tick.flags & 1 == 1 };
         self.send_outputs(tick, ended)?;
-        self.note_times(tick.frame, *started_ns, *newest_ns);
+        self.note_times(tick.frame, *started_ns, *newest_ns)?;
+        self.release_commands(tick.frame);
+        self.note_mode(*entered)?;
+        self.flood()?;
         self.strike(KillPoint::Publish, tick.frame);
         self.frames_done = tick.frame.saturating_add(1);
         self.outbox.forget_before(self.frames_done);

@@ -219,6 +219,13 @@ impl Statistics {
             cpu_percent: 100.0 * figures.cpu_s / figures.wall_s.max(1e-3),
             cpu_s: figures.cpu_s,
             wall_s: figures.wall_s,
+            events_sent: runner.event_counts().sent,
+            events_squelched: runner.event_counts().squelched,
+            events_filtered: runner.event_counts().filtered,
+            deadline_misses: figures.times.deadline_misses,
+            cycle_slips: figures.times.cycle_slips,
+            commands_executed: runner.command_counts().0,
+            commands_refused: runner.command_counts().1,
         }
     }
 

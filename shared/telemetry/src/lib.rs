@@ -29,25 +29,31 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod commands;
 mod diagnosis;
+mod events;
 mod header;
 mod icd;
 mod joint;
 mod layout;
 mod names;
 mod records;
+mod tables;
 mod topics;
 
+pub use commands::*;
 pub use diagnosis::*;
+pub use events::*;
 pub use header::{Header, Stamps, crc32};
 pub use icd::FieldInfo;
 pub use joint::*;
 pub use layout::{Layout, Record, layout_hash};
 pub use names::{
-    CODE_LISTS, CodeList, DiagnosisVerdict, Domain, DoubtBasis, EventCode, Experiment, Identifiability,
-    InertiaAgreement, InertialStatus, JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId,
-    Phase, Reason, SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters,
-    status_text, target_status_text,
+    CODE_LISTS, CodeList, DiagnosisVerdict, Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement,
+    InertialStatus, JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId, Phase, Reason,
+    SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text,
+    target_status_text,
 };
 pub use records::*;
+pub use tables::*;
 pub use topics::*;

@@ -20,7 +20,7 @@ macro_rules! coded {
             /// Every variant, in the order of its code.
             pub const ALL: &'static [$name] = &[$($name::$variant,)*];
             /// As the interface control document shows it.
-            pub const LIST: CodeList = CodeList { name: stringify!($name), codes: &[$(($code, $text),)*] };
+            pub const LIST: $crate::CodeList = $crate::CodeList { name: stringify!($name), codes: &[$(($code, $text),)*] };
             /// As samples carry it; part of the wire format, never reassigned.
             #[must_use]
             pub const fn code(self) -> u16 { self as u16 }
@@ -40,6 +40,8 @@ macro_rules! coded {
         }
     };
 }
+
+pub(crate) use coded;
 
 coded! {
     /// Who produces a sample.
@@ -256,17 +258,6 @@ coded! {
     }
 }
 
-coded! {
-    /// What an event speaks of.
-    EventCode {
-        Started = 1 "started",
-        BadSamples = 2 "bad samples dropped",
-        SamplesLost = 3 "samples lost",
-        GivenUp = 4 "partition given up",
-        Ended = 5 "ended",
-    }
-}
-
 impl Reason {
     /// What `Verdict::measured` and `Verdict::limit` are under this reason; 0 where it says none.
     #[must_use]
@@ -296,7 +287,7 @@ impl Reason {
 }
 
 /// Every list of codes, as the interface control document shows them.
-pub const CODE_LISTS: [CodeList; 16] = [
+pub const CODE_LISTS: [CodeList; 20] = [
     PartitionId::LIST,
     ModeState::LIST,
     Experiment::LIST,
@@ -309,10 +300,14 @@ pub const CODE_LISTS: [CodeList; 16] = [
     Reason::LIST,
     InertiaAgreement::LIST,
     DoubtBasis::LIST,
-    EventCode::LIST,
+    crate::EventCode::LIST,
     ParameterBlock::LIST,
     JointVerdict::LIST,
     DiagnosisVerdict::LIST,
+    crate::Severity::LIST,
+    crate::Opcode::LIST,
+    crate::Refusal::LIST,
+    crate::TableId::LIST,
 ];
 
 /// Continues a hash over every list of codes and the names of all parameters.
@@ -338,6 +333,21 @@ pub(crate) const fn hash_of_codes(mut hash: u32) -> u32 {
             i += 1;
         }
         list += 1;
+    }
+    hash_of_tables(hash)
+}
+
+/// Values of a table travel without their names.
+const fn hash_of_tables(mut hash: u32) -> u32 {
+    let mut table = 0;
+    while table < crate::TableId::ALL.len() {
+        let fields = crate::TableId::ALL[table].fields();
+        let mut at = 0;
+        while at < fields.len() {
+            hash = crate::layout_hash(hash, fields[at].name.as_bytes());
+            at += 1;
+        }
+        table += 1;
     }
     hash
 }

@@ -340,23 +340,13 @@ record! {
         cpu_percent: f64, "%", "-", "processor time over wall time since start";
         cpu_s: f64, "s", "-", "processor time since start";
         wall_s: f64, "s", "-", "wall time since start";
-    }
-}
-
-record! {
-    /// Something happened that an operator would want to read.
-    Event {
-        header: Header, "-", "-", "header";
-        partition: u16, "-", "-", "reporting partition, code of PartitionId";
-        severity: u16, "-", "-", "0 information, 1 warning, 2 alarm";
-        code: u32, "-", "-", "code of EventCode";
-        restarts: u32, "-", "-", "started: how often it was started before";
-        restart_cause: u32, "-", "-", "started: as Housekeeping.restart_cause";
-        samples: u64, "-", "-", "bad samples dropped, samples lost: since the last such event";
-        samples_total: u64, "-", "-", "bad samples dropped, samples lost: in all";
-        frames: u64, "-", "-", "ended: frames done";
-        given_up: u32, "-", "-", "partition given up: code of PartitionId";
-        reserved: u32, "-", "-", "0";
+        events_sent: u64, "-", "-", "events sent since start or since they were cleared";
+        events_squelched: u64, "-", "-", "events counted and not sent: too many of their code in a window";
+        events_filtered: u64, "-", "-", "events not sent: below the least severity, or their code is switched off";
+        deadline_misses: u64, "-", "-", "frames done later than the deadline, since start";
+        cycle_slips: u64, "-", "-", "whole periods by which frames began late, since start";
+        commands_executed: u32, "-", "-", "commands carried out since start or since they were cleared";
+        commands_refused: u32, "-", "-", "commands refused, likewise";
     }
 }
 

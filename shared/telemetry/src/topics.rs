@@ -4,7 +4,9 @@
 //! keeps `window x samples per frame <= depth / 2`, which the runtime checks at start (architecture
 //! D5: `deploy/guide/architecture.md`).
 
+use crate::commands::Telecommand;
 use crate::diagnosis::Diagnosis;
+use crate::events::Event;
 use crate::joint::{CraftRow, Information, JointEstimate};
 use crate::records::*;
 use crate::{FieldInfo, Header, Layout, Record};
@@ -186,7 +188,8 @@ impl_sample!(
     Mode,
     Command,
     Housekeeping,
-    Event
+    Event,
+    Telecommand
 );
 
 samples! {
@@ -213,6 +216,7 @@ samples! {
     INFORMATION_MODAL "information/modal": Information x 16, 0 a frame, Feedback, "one an arc and generation", "modal-id" => "inertial-id slosh-id supervisor diagnosis recorder";
     ESTIMATE_JOINT "estimate/joint": JointEstimate x 16, 0 a frame, Feedback, "one a generation", "supervisor" => "inertial-id slosh-id modal-id diagnosis recorder";
     DIAGNOSIS "diagnosis": Diagnosis x 16, 0 a frame, Feedback, "when the supervisor asks", "diagnosis" => "inertial-id slosh-id modal-id supervisor recorder";
+    TELECOMMAND "telecommand": Telecommand x 32, 0 a frame, Feedback, "on demand", "supervisor" => "all";
 }
 
 /// Index of the topic whose [`TopicInfo::name`] is `name`; `None` for a topic of another build.
@@ -307,7 +311,7 @@ mod tests {
         let results = TOPICS.iter().enumerate().filter(|(id, _)| is_result(*id)).map(|(_, info)| info.record);
         let estimates = ["InertialEstimate", "SloshEstimate", "ModalEstimate"];
         let others = ["Verdict", "Mode", "InertialEstimate", "TargetEstimate", "InertiaComparison"];
-        let joint = ["Information", "Information", "Information", "JointEstimate", "Diagnosis"];
+        let joint = ["Information", "Information", "Information", "JointEstimate", "Diagnosis", "Telecommand"];
         assert!(results.eq(estimates.into_iter().chain(others).chain(joint)));
         assert!(is_result(MODE.id) && !is_result(TICK.id));
     }

@@ -3,7 +3,7 @@
 use super::{RunError, Runner};
 use crate::config::{Fault, KillPoint};
 use crate::link::Link;
-use telemetry::{Header, IMU, Stamps, TopicId};
+use telemetry::{EventCode, Header, IMU, Stamps, TopicId};
 
 impl<L: Link> Runner<L> {
     /// The fault of this run that strikes this partition here, in its first life.
@@ -20,7 +20,7 @@ impl<L: Link> Runner<L> {
                 is_first && partition == id && at == frame && point == KillPoint::Frame
             }
             Fault::KillAlways { partition, frame: at } => partition == id && frame >= at && point == KillPoint::Frame,
-            Fault::Corrupt { .. } | Fault::Probe { .. } => false,
+            Fault::Corrupt { .. } | Fault::Flood { .. } | Fault::Probe { .. } => false,
         })
     }
 
@@ -28,6 +28,18 @@ impl<L: Link> Runner<L> {
         if let (Some(hook), Some(fault)) = (self.fault_hook, self.fault_at(point, frame, 1)) {
             hook(&fault);
         }
+    }
+
+    /// Reports the events of a drill.
+    pub(super) fn flood(&mut self) -> Result<(), RunError> {
+        for index in 0..self.faults.len() {
+            let Fault::Flood { partition, events } = self.faults[index] else { continue };
+            let own = if partition == self.id { events } else { 0 };
+            for number in 0..own {
+                self.event(EventCode::SamplesLost, &[0.0, number.into()])?;
+            }
+        }
+        Ok(())
     }
 
     /// Whether a damaged copy of the sample goes out before the good one.

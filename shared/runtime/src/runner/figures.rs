@@ -1,6 +1,6 @@
 //! What a partition's life has come to, for housekeeping and for whoever drives it.
 
-use super::Runner;
+use super::{RunError, Runner};
 use crate::inbox::Counters;
 use crate::latency::FrameTimes;
 use crate::link::Link;
@@ -90,7 +90,7 @@ impl<L: Link> Runner<L> {
 
     /// Times of a frame that began at `started_ns` with samples of which the newest was sent at
     /// `newest_ns` (0: without).
-    pub(super) fn note_times(&mut self, frame: u64, started_ns: u64, newest_ns: u64) {
+    pub(super) fn note_times(&mut self, frame: u64, started_ns: u64, newest_ns: u64) -> Result<(), RunError> {
         let now_ns = self.link.now_ns();
         let is_source = self.pacing.is_some();
         let due_ns = if is_source { self.timetable.map_or(0, |table| table.due_ns(frame)) } else { newest_ns };
@@ -107,5 +107,6 @@ impl<L: Link> Runner<L> {
         if let Some(trace) = &mut self.trace {
             trace.mark(Mark::Frame, frame, started_ns, now_ns);
         }
+        self.watch_the_time(due_ns, started_ns, now_ns)
     }
 }

@@ -7,7 +7,7 @@ use crate::inbox::SEQ_ANEW;
 use crate::link::Link;
 use crate::partition::Outputs;
 use crate::trace::Mark;
-use telemetry::{Delivery, Header, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, Tick, TopicId};
+use telemetry::{Delivery, EVENT, Header, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, Tick, TopicId};
 use zerocopy::{FromBytes, IntoBytes};
 
 impl<L: Link> Runner<L> {
@@ -39,7 +39,10 @@ impl<L: Link> Runner<L> {
         let mut result = Ok(());
         outputs.for_each(|topic, payload| {
             if result.is_ok() {
-                result = self.send(topic, payload, Some(tick.frame));
+                result = match topic == EVENT.id {
+                    true => self.offer_published(payload),
+                    false => self.send(topic, payload, Some(tick.frame)),
+                };
             }
         });
         self.outputs = outputs;
@@ -77,6 +80,9 @@ impl<L: Link> Runner<L> {
         self.corrupt_first(topic, frame, &stamps, payload)?;
         self.link.publish(topic, &stamps, payload)?;
         self.bytes_sent += payload.len() as u64;
+        if let Some(log) = self.event_log.as_mut().filter(|_| topic == EVENT.id) {
+            log.write(&stamps, payload);
+        }
         let is_sensor = TOPICS[topic].delivery == Delivery::Source && topic != TICK.id;
         if let Some(trace) = self.trace.as_mut().filter(|_| !is_sensor) {
             trace.mark(Mark::Send, topic as u64, stamps.sent_ns, self.link.now_ns());
@@ -114,6 +120,7 @@ impl<L: Link> Runner<L> {
                 given_up: &self.given_up,
                 seq: &self.seq,
                 cursors: self.inbox.cursors(),
+                orders: &self.desk.orders,
                 outbox: Entries(&self.outbox),
                 state: &self.state,
                 journal: journal.len() as u64,
@@ -131,7 +138,7 @@ impl<L: Link> Runner<L> {
         self.frames_checkpointed = self.frames_done;
         self.seq_checkpointed = self.seq;
         self.progress_due = true;
-        Ok(())
+        self.send_released()
     }
 
     pub(super) fn report_progress(&mut self) -> Result<(), RunError> {

@@ -12,6 +12,12 @@ pub fn monotonic_ns() -> u64 {
     nanoseconds(clock_gettime(ClockId::Monotonic))
 }
 
+/// `CLOCK_REALTIME`: since 1970-01-01 UTC \[ns\]. For logs alone: it may be set, back too.
+#[must_use]
+pub fn unix_ns() -> u64 {
+    nanoseconds(clock_gettime(ClockId::Realtime))
+}
+
 /// Processor time of this process \[ns\].
 #[must_use]
 pub fn cpu_ns() -> u64 {

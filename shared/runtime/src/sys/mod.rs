@@ -11,7 +11,7 @@ mod process;
 mod system_calls;
 
 pub use allocations::{CountingAllocator, allocations, allocations_of_system};
-pub use clock::{cpu_ns, monotonic_ns};
+pub use clock::{cpu_ns, monotonic_ns, unix_ns};
 pub use confinement::{Place, drop_capabilities, freeze_limits, no_new_privileges, stay_within};
 pub use lines::{LineWriter, tell};
 pub use notify::Notifier;

@@ -25,6 +25,9 @@ pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
         checkpoint_frames: 5,
         partitions: partitions.to_vec(),
         limits: Limits::alike(5000),
+        tables: Vec::new(),
+        keep: None,
+        commands: Vec::new(),
         sabotage: Sabotage::None,
         faults: Vec::new(),
     }
