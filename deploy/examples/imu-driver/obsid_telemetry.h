@@ -866,9 +866,9 @@ typedef struct obsid_diagnosis {
     double probability[8];
     /* [sigma] -: root of the gain in -2 ln p; 0 of one that stands in */
     double significance[8];
-    /* [of the parameter] -: parameters in the order of the catalogue; NaN: not estimated */
+    /* [of the parameter] -: parameters in the order of the catalogue; NaN: the default */
     double value[64];
-    /* [of the parameter] -: their standard deviations; NaN: not estimated */
+    /* [of the parameter] -: their standard deviations; NaN: kept at its value */
     double sigma[64];
     /* [of the parameter] -: parameters of the refused model, beside what is missing; 0 behind them */
     double theta[48];

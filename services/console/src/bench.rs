@@ -3,6 +3,7 @@
 //!
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
+mod hidden_effects;
 mod modal_records;
 mod study_case;
 
@@ -28,6 +29,13 @@ pub struct Arguments {
     /// Of bp1a and mated: where methods that need a start are started, relative to the truth
     #[arg(long)]
     start: Option<f64>,
+    /// Of study-case: every effect of the catalogue hidden once, at a site and of a size drawn from
+    /// the seed, and what the flight makes of it
+    #[arg(long)]
+    hidden: bool,
+    /// With --hidden only these effects, separated by commas
+    #[arg(long, value_delimiter = ',', requires = "hidden", value_name = "KIND")]
+    only: Vec<String>,
     /// One JSON object on standard output
     #[arg(long, conflicts_with = "md")]
     json: bool,
@@ -108,6 +116,9 @@ enum Problem {
 /// # Errors
 /// [`Failure::Run`] when the truth has no Cramér–Rao bound.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.hidden && arguments.problem != Problem::StudyCase {
+        return Err(Failure::Usage("--hidden belongs to study-case: obsid bench study-case --hidden".into()));
+    }
     let form = match (arguments.json, arguments.md) {
         (true, _) => Form::Object,
         (_, true) => Form::Markdown,
@@ -187,6 +198,7 @@ fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
             modal_records::measure(arguments, to);
             Ok(())
         }
+        Problem::StudyCase if arguments.hidden => hidden_effects::measure(arguments, to),
         Problem::StudyCase => study_case::measure(arguments, to),
         Problem::Dynamics => {
             let cases = evaluation::cases(&runtime::sys::allocations);

@@ -67,6 +67,15 @@ pub fn study_case() -> Result<Opened, Failure> {
     open("deploy/scenarios/study-case.toml", STUDY_CASE, None)
 }
 
+/// The built-in scenario of one craft, which carries the effects `hide`.
+///
+/// # Errors
+/// [`Failure::Input`] where it cannot carry them.
+pub fn study_case_hiding(hide: &[String]) -> Result<Opened, Failure> {
+    let file = "deploy/scenarios/study-case.toml";
+    open(file, &hidden::with(file, STUDY_CASE, hide)?, None)
+}
+
 /// What a recording without a scenario is replayed with.
 ///
 /// # Errors

@@ -21,14 +21,18 @@ pub const WORK_MAX: f64 = 3.0 * QUICK_WORK;
 /// What the rows of an arc say that `plant` lacks, from the values `start` of the shared parameters
 /// at which its own message ended: a verdict, effects, and the shared parameters beside them. Rows
 /// that the plant cannot predict decide nothing, and leave the parameters where they were.
+///
+/// The start is no prior: values that made up for what is missing would cost the effect that is
+/// right what they are off.
 pub fn examined(
     plant: &Plant,
     recording: Option<Recording>,
     (parameters, start): (&Parameters, &[f64]),
 ) -> (DiagnosisVerdict, Vec<Missing>, Vec<f64>) {
-    let plant = started(plant, parameters, start);
-    let problem = recording.and_then(|recording| Problem::new(&plant, &[recording], &[]).ok());
-    let options = Options { threads: 1, work_max: WORK_MAX, is_refused: true, ..Options::default() };
+    let problem = recording.and_then(|recording| Problem::new(plant, &[recording], &[]).ok());
+    let at = parameters.unknowns.iter().zip(start).map(|(unknown, value)| (unknown.name.clone(), *value));
+    let refused_at = Some(at.collect());
+    let options = Options { threads: 1, work_max: WORK_MAX, refused_at, ..Options::default() };
     let found = problem.map_or_else(
         || Diagnosis::cannot_decide("the rows were not kept".into()),
         |problem| Engine::default().diagnose(&problem, &options, &mut |_, _| {}),
@@ -39,22 +43,6 @@ pub fn examined(
     };
     let theta = parameters.unknowns.iter().enumerate().map(after).collect();
     (verdict(found.verdict), effects(&found), theta)
-}
-
-/// The plant at the values where the arc's own message ended, so that its fit begins near its end.
-/// A number that a plant which lacks something has moved is as uncertain as it was moved, and as
-/// its file states: `σ² = σ₀² + (θ − θ₀)²`.
-fn started(plant: &Plant, parameters: &Parameters, theta: &[f64]) -> Plant {
-    let mut started = plant.clone();
-    started.visit_quantities(&mut |name, _, quantity| {
-        let at = parameters.unknowns.iter().position(|unknown| unknown.name == *name);
-        if let Some(value) = at.and_then(|at| theta.get(at)) {
-            let moved = value - quantity.value;
-            quantity.sigma = quantity.sigma.map(|sigma| (sigma * sigma + moved * moved).sqrt());
-            quantity.value = *value;
-        }
-    });
-    started
 }
 
 /// Effects that were fitted and that nothing rejects, then those that could replace them; none
@@ -85,14 +73,15 @@ fn effects(found: &Diagnosis) -> Vec<Missing> {
 }
 
 fn missing(effect: &EffectReport) -> Option<Missing> {
-    let values = effect.parameters.iter().map(|p| (p.name.clone(), p.value, p.sigma));
+    let estimated = effect.parameters.iter().map(|p| (p.name.clone(), p.value, p.sigma));
+    let kept = effect.kept.iter().map(|(name, value)| (name.clone(), *value, f64::NAN));
     Some(Missing {
         kind: effect.kind.clone(),
         site: effect.site.parse().ok()?,
         stands_in_for: None,
         probability: effect.probability,
         significance: effect.d,
-        values: values.collect(),
+        values: estimated.chain(kept).collect(),
     })
 }
 
@@ -108,5 +97,52 @@ const fn verdict(verdict: Verdict) -> DiagnosisVerdict {
         Verdict::Sensor => DiagnosisVerdict::Sensor,
         Verdict::Unobservable => DiagnosisVerdict::Unobservable,
         Verdict::CannotDecide => DiagnosisVerdict::CannotDecide,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use discovery::diagnose::ParameterReport;
+
+    fn report(kind: &str, status: Status) -> EffectReport {
+        let force = ParameterReport { name: "force".into(), value: 0.08, sigma: 0.001, unit: "N*m".into() };
+        EffectReport {
+            kind: kind.into(),
+            title: String::new(),
+            site: "joint:elbow".into(),
+            probability: 1.0,
+            status,
+            rivals: Vec::new(),
+            parameters: vec![force],
+            kept: vec![("smooth_rate".into(), 4e-4)],
+            kappa: 0.0,
+            d: 9.0,
+            evidence: None,
+        }
+    }
+
+    fn named(effects: Vec<EffectReport>) -> Vec<Missing> {
+        let found = Diagnosis { verdict: Verdict::Named, effects, ..Diagnosis::cannot_decide(String::new()) };
+        super::effects(&found)
+    }
+
+    #[test]
+    fn an_effect_that_data_reject_or_that_no_fit_ends_with_is_not_added() {
+        let kinds = |effects: &[Missing]| effects.iter().map(|one| one.kind.clone()).collect::<Vec<_>>();
+        let all = [
+            report("joint_coulomb", Status::Unconfirmed),
+            report("joint_viscous", Status::Rejected),
+            report("joint_stribeck", Status::NotConverged),
+        ];
+        assert_eq!(kinds(&named(all.to_vec())), ["joint_coulomb"]);
+        assert!(named(all[1..].to_vec()).is_empty());
+    }
+
+    #[test]
+    fn what_the_fit_kept_travels_with_what_it_estimated() {
+        let values = &named(vec![report("joint_coulomb", Status::Confirmed)])[0].values;
+        assert_eq!(values[0], ("force".into(), 0.08, 0.001));
+        assert!(values[1].0 == "smooth_rate" && values[1].1 == 4e-4 && values[1].2.is_nan(), "{values:?}");
     }
 }

@@ -37,14 +37,9 @@ use craft::store::Store;
 use plant_file::scenario::{CraftPlan, Scenario};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use telemetry::{
-    CRAFT, DIAGNOSIS, ESTIMATE_JOINT, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH, Information,
-    PartitionId, Topic, TopicId,
+    CRAFT, DIAGNOSIS, ESTIMATE_JOINT, INFORMATION, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH,
+    JointEstimate, PartitionId, TopicId,
 };
-
-/// Topics of all messages.
-const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
-/// `JointEstimate::asks`: what the arc of the verdict misses.
-const ASKS_WHAT_IS_MISSING: u16 = 3;
 
 /// The partition.
 struct Diagnoser {
@@ -100,8 +95,8 @@ impl Diagnoser {
     }
 
     fn asked(&self, frame: &Frame<'_>) -> Option<Due> {
-        let asks = |one: &&telemetry::JointEstimate| {
-            one.asks == ASKS_WHAT_IS_MISSING && one.parameter_hash == self.parameters.hash
+        let asks = |one: &&JointEstimate| {
+            one.asks == JointEstimate::ASKS_WHAT_IS_MISSING && one.parameter_hash == self.parameters.hash
         };
         let asking = frame.samples(ESTIMATE_JOINT).iter().rfind(asks)?;
         let (arc, generation) = (usize::from(asking.verdict_arc), asking.generation);

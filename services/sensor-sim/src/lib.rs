@@ -37,7 +37,7 @@ use runtime::experiment::ExperimentWindow;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use simulation::{Simulation, SimulationState};
-use telemetry::{ACCELEROMETERS, ACTUATORS, Experiment, Header, IMU, JOINTS, PartitionId, TopicId};
+use telemetry::{ACCELEROMETERS, ACTUATORS, Command, Experiment, Header, IMU, JOINTS, PartitionId, TopicId};
 
 /// State of a checkpoint.
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -78,6 +78,12 @@ fn read_recording(run: &RunConfig) -> Result<ReplayFrames, ConnectError> {
     ReplayFrames::new(&imported, map.as_ref(), run.period_ns).map_err(|error| fail(error.to_string()))
 }
 
+/// A partition that an experiment needs was given up: nothing is excited until the next mode. None
+/// needs the one that says what a refused model lacks.
+fn ends_excitation(command: &Command) -> bool {
+    runtime::pacing::given_up(command).is_some_and(|lost| lost != PartitionId::Diagnosis)
+}
+
 impl Partition for SensorSim {
     fn id(&self) -> PartitionId {
         PartitionId::SensorSim
@@ -88,10 +94,7 @@ impl Partition for SensorSim {
     }
 
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
-        let lost = |command| runtime::pacing::given_up(command).is_some_and(|id| id != PartitionId::Diagnosis);
-        if frame.urgent.iter().any(lost) {
-            // A partition that an experiment needs was given up: nothing is excited until the next
-            // mode.
+        if frame.urgent.iter().any(ends_excitation) {
             self.state.simulation.inhibit();
         }
         if let Some(mode) = frame.new_mode() {
@@ -147,5 +150,23 @@ fn publish_replayed(sample: ReplaySample, begin_ns: u64, out: &mut Outputs) {
             sample.header = later(sample.header);
             out.publish(ACCELEROMETERS, &sample);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use telemetry::Sample;
+
+    #[test]
+    fn losing_what_diagnoses_ends_no_excitation_and_losing_an_estimator_does() {
+        let lost = |id: PartitionId| Command {
+            opcode: runtime::pacing::GIVEN_UP,
+            argument: id.code().into(),
+            ..Command::zeroed_at(0)
+        };
+        assert!(!ends_excitation(&lost(PartitionId::Diagnosis)));
+        assert!(ends_excitation(&lost(PartitionId::SloshId)) && ends_excitation(&lost(PartitionId::InertialId)));
+        assert!(!ends_excitation(&Command::zeroed_at(0)));
     }
 }

@@ -23,13 +23,11 @@ use runtime::{Frame, Outputs, Partition, StateError};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
 use telemetry::{
-    DIAGNOSIS, ESTIMATE_JOINT, Experiment, Header, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH,
-    Information, JointVerdict, MODE, Mode, ModeState, PartitionId, Topic, TopicId,
+    DIAGNOSIS, ESTIMATE_JOINT, Experiment, Header, INFORMATION, INFORMATION_INERTIAL, INFORMATION_MODAL,
+    INFORMATION_SLOSH, Information, JointEstimate, JointVerdict, MODE, Mode, ModeState, PartitionId, TopicId,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
-/// Topics of all messages.
-const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
 /// Rms step in posterior standard deviations below which the messages' point serves (design page
 /// "study case", 4).
 const STEP_SIGMA_ENOUGH: f64 = 0.1;
@@ -204,11 +202,16 @@ impl JointSupervisor {
         let predicts = (0..self.plan.arcs.len()).any(|arc| self.is_held_out(arc) && self.is_awaited(arc));
         if goes_on {
             let next = self.state.descent.next(&self.parameters, &folded);
-            self.announce(generation, &Folded { theta: next, ..folded }, announcement::NEXT_GENERATION, frame, out);
+            // a step that was turned down leaves the posterior where it was: a point alone is new
+            let is_new = lowest == generation;
+            let folded = is_new.then_some(&folded);
+            out.publish(ESTIMATE_JOINT, &announcement::point(&self.parameters, generation, (folded, &next), frame));
             self.state.messages.clear();
             self.state.stage = Stage::Folding { generation: generation + 1, until_frame };
         } else if is_near && predicts {
-            self.announce(lowest, &folded, announcement::HELD_OUT, frame, out);
+            let mut sample = announcement::sample(&self.parameters, lowest, Some(&folded), frame);
+            sample.asks = JointEstimate::ASKS_HELD_OUT;
+            out.publish(ESTIMATE_JOINT, &sample);
             self.state.stage = Stage::Predicting { generation: lowest, until_frame, fitted: self.state.messages.len() };
         } else {
             // why a model is refused says more than that its steps did not end
@@ -230,12 +233,6 @@ impl JointSupervisor {
         let predicted = held_out.first().and_then(|one| folded.predicts(&self.parameters, one));
         let verdict = self.standing(folded.verdict(predicted), fitted);
         self.refuse(generation, verdict, &folded, predicted, frame, out);
-    }
-
-    fn announce(&self, generation: u16, folded: &Folded, asks: u16, frame: &Frame<'_>, out: &mut Outputs) {
-        let mut sample = announcement::sample(&self.parameters, generation, Some(folded), frame);
-        sample.asks = asks;
-        out.publish(ESTIMATE_JOINT, &sample);
     }
 
     fn end(

@@ -172,7 +172,6 @@ fn two_sided(chi2: f64, rows: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::trial;
-    use nalgebra::DMatrix;
 
     const ROWS: usize = 400;
 
@@ -180,21 +179,8 @@ mod tests {
         Parameters::of_plant(&trial::plant("oscillator")).unwrap()
     }
 
-    /// An arc that knows every parameter to a tenth of its prior and found it at `offset` prior
-    /// standard deviations, with `chi2` per row.
     fn arc(parameters: &Parameters, arc: usize, offset: f64, chi2: f64) -> Received {
-        let n = parameters.len();
-        Received {
-            arc,
-            theta: parameters.unknowns.iter().map(|unknown| unknown.prior).collect(),
-            message: Message {
-                information: 100.0 * DMatrix::identity(n, n),
-                gradient: DVector::from_element(n, 100.0 * offset),
-                chi2: chi2 * ROWS as f64,
-                log_determinant: 0.0,
-                rows: ROWS,
-            },
-        }
+        trial::arc(parameters, arc, [offset, chi2], ROWS)
     }
 
     #[test]

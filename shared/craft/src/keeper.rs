@@ -17,8 +17,8 @@ use identification::work::Work;
 use plant_file::scenario::CraftPlan;
 use runtime::{Frame, Outputs, Partition, StateError};
 use telemetry::{
-    CRAFT, DIAGNOSIS, Diagnosis, Domain, ESTIMATE_JOINT, Experiment, INFORMATION_INERTIAL, INFORMATION_MODAL,
-    INFORMATION_SLOSH, Information, PartitionId, Topic, TopicId,
+    CRAFT, DIAGNOSIS, Diagnosis, Domain, ESTIMATE_JOINT, Experiment, INFORMATION, INFORMATION_INERTIAL,
+    INFORMATION_MODAL, INFORMATION_SLOSH, Information, JointEstimate, PartitionId, TopicId,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
@@ -49,9 +49,6 @@ pub struct Keeper {
     answer: Vec<u8>,
     due: Option<Due>,
 }
-
-/// The topics of all keepers, by `Domain::code`.
-const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
 
 impl Keeper {
     /// The keeper of the arcs of `domain`.
@@ -94,8 +91,10 @@ impl Keeper {
         let asking = frame.samples(ESTIMATE_JOINT).iter().rfind(|one| one.parameter_hash == self.parameters.hash)?;
         let theta = asking.theta[..self.parameters.len()].to_vec();
         match asking.asks {
-            1 => Some(What::Answer { theta, generation: asking.generation + 1, held_out: false }),
-            2 => Some(What::Answer { theta, generation: asking.generation, held_out: true }),
+            JointEstimate::ASKS_NEXT_GENERATION => {
+                Some(What::Answer { theta, generation: asking.generation + 1, held_out: false })
+            }
+            JointEstimate::ASKS_HELD_OUT => Some(What::Answer { theta, generation: asking.generation, held_out: true }),
             _ => None,
         }
     }
@@ -117,30 +116,30 @@ impl Keeper {
         let earlier: Vec<Received> = earlier.filter_map(|one| received(&one, &self.parameters).ok()).collect();
         let known = fold(&self.parameters, &earlier)?;
         let start = self.parameters.values(&known.mean);
-        let (theta, message, step) = self.of_arc(arc, |vehicle| {
+        let reduced = self.of_arc(arc, |vehicle| {
             let places = Places::of(vehicle);
             let theta = places.joined(vehicle, &start, &[]);
             let (theta, message) = vehicle.hear(0, &places.widened(&known), theta)?;
             places.reduced(vehicle, theta, &message)
         })?;
-        self.own[arc] = step;
-        Some((message, theta))
+        self.own[arc] = reduced.own;
+        Some((reduced.message, reduced.shared))
     }
 
     /// What a whole arc says at `theta`.
     fn answered(&mut self, arc: usize, theta: &[f64], held_out: bool) -> Option<Message> {
         let own = self.own[arc].clone();
-        let (_, message, own) = self.of_arc(arc, |vehicle| {
+        let reduced = self.of_arc(arc, |vehicle| {
             let places = Places::of(vehicle);
-            let mut at = places.joined(vehicle, theta, &own);
             if held_out {
-                at = vehicle.own_settled(0, at)?;
+                let at = vehicle.own_settled(0, places.joined(vehicle, theta, &own))?;
+                let message = vehicle.message(0, &at)?;
+                return places.reduced(vehicle, at, &message);
             }
-            let message = vehicle.message(0, &at)?;
-            places.reduced(vehicle, at, &message)
+            places.message(vehicle, theta, own)
         })?;
-        self.own[arc] = own;
-        Some(message)
+        self.own[arc] = reduced.own;
+        Some(reduced.message)
     }
 
     fn publish(&self, mut sample: Information, due: &Due, out: &mut Outputs) {

@@ -5,16 +5,14 @@
 
 use crate::parameters::Parameters;
 use dynamics::description::{EffectUse, Plant, Quantity, Site};
-use dynamics::effect::{Role, sites};
+use dynamics::effect::{AMPLITUDE_PRIOR_RATIO, DIRECTION_PRIOR_RAD, Role, sites};
 use telemetry::{DIAGNOSED_MAX, DIAGNOSED_PARAMETERS_MAX, Diagnosis, DiagnosisVerdict, Sample, layout_hash};
 
-/// Prior standard deviation of an amplitude, in estimated amplitudes: what one arc estimated begins
-/// the fit of all arcs, and its data count once.
-const AMPLITUDE_PRIOR_RATIO: f64 = 30.0;
-
-/// Prior standard deviation of an angle \[rad\], as wide as in the fits of a diagnosis: no
-/// direction is preferred.
-const DIRECTION_PRIOR_RAD: f64 = 1.5;
+/// Prior standard deviation of the rate over which a sign turns, in the rate that the search kept:
+/// it divides the rate by five until that explains no more, and so knows it within a factor of five.
+/// Where a joint is held and creeps, the rate is the slope of its friction, which other arcs tell.
+/// Where five times the rate is beyond the plausible, the arc tells no rate at all: it is kept.
+const SMOOTHING_PRIOR_RATIO: f64 = 4.0;
 
 /// An effect that is missing, or that could replace one.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +24,8 @@ pub struct Missing {
     pub probability: f64,
     /// Root of the gain in `−2 ln p`.
     pub significance: f64,
-    /// Name, estimate and standard deviation of each estimated parameter, in the unit of the
-    /// effect's site.
+    /// Name, value and standard deviation of each parameter of the law that was fitted, in the unit
+    /// of the effect's site; of one that was kept at its value the deviation is NaN.
     pub values: Vec<(String, f64, f64)>,
 }
 
@@ -133,9 +131,10 @@ fn missing(sample: &Diagnosis, k: usize, plant: &Plant) -> Option<Missing> {
 }
 
 impl Missing {
-    /// The effect at its estimates as part of a plant: what was estimated is unknown, amplitudes
-    /// within thirty times the largest of them or of their deviations, angles within
-    /// 1.5 rad, others as the catalogue has it; what was kept is known.
+    /// The law that was fitted as part of a plant: what was estimated is unknown, amplitudes within
+    /// [`AMPLITUDE_PRIOR_RATIO`] of the largest of them or of their deviations, angles within
+    /// [`DIRECTION_PRIOR_RAD`], others as the catalogue has it; what was kept is known, but the rate
+    /// over which a sign turns.
     ///
     /// `None` for what begins or ends: its instants are those of one arc, and other arcs have
     /// others.
@@ -143,16 +142,16 @@ impl Missing {
     pub fn as_effect(&self, plant: &Plant) -> Option<EffectUse> {
         let effect = plant.catalogue.effect(&self.kind)?;
         let is_amplitude = |name: &str| effect.parameter(name).is_some_and(|p| p.role == Role::Amplitude);
-        let amplitudes = self.values.iter().filter(|(name, ..)| is_amplitude(name));
-        let size = amplitudes.fold(0.0, |size: f64, (_, value, sigma)| size.max(value.abs()).max(*sigma));
+        let estimated = self.values.iter().filter(|(name, _, sigma)| is_amplitude(name) && sigma.is_finite());
+        let size = estimated.fold(0.0, |size: f64, (_, value, sigma)| size.max(value.abs()).max(*sigma));
         let quantity = |(name, value, sigma): &(String, f64, f64)| {
             let parameter = effect.parameter(name)?;
-            let was_estimated = sigma.is_finite();
             let of_catalogue = || parameter.prior.sigma(*value).or_else(|| parameter.prior.sigma_if_preferred(*value));
             let sigma = match parameter.role {
                 Role::Onset | Role::Duration => return None,
+                Role::Smoothing => Some(SMOOTHING_PRIOR_RATIO * value).filter(|sigma| value + sigma < parameter.high),
+                _ if !sigma.is_finite() => None,
                 Role::Amplitude => Some(AMPLITUDE_PRIOR_RATIO * size).filter(|sigma| *sigma > 0.0),
-                _ if !was_estimated => None,
                 Role::Direction { .. } => Some(DIRECTION_PRIOR_RAD),
                 _ => of_catalogue(),
             };

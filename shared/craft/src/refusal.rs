@@ -60,3 +60,43 @@ pub fn unexplained(received: &[Received], generation: u16, looks: usize) -> Opti
     let refused = received.iter().filter_map(Remainder::of).filter(|one| one.p < level && stays(one));
     refused.max_by(|a, b| a.chi2_per_row.total_cmp(&b.chi2_per_row))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::Parameters;
+    use crate::trial;
+
+    const ROWS: usize = 4000;
+    const LOOKS: usize = 7;
+
+    /// An arc `off` posterior sigmas from its optimum in every parameter, where it keeps
+    /// `chi2_per_row`.
+    fn arc(arc: usize, off: f64, chi2_per_row: f64) -> Received {
+        let parameters = Parameters::of_plant(&trial::plant("oscillator")).unwrap();
+        let excess = parameters.len() as f64 * off * off / ROWS as f64;
+        trial::arc(&parameters, arc, [off / 10.0, chi2_per_row + excess], ROWS)
+    }
+
+    #[test]
+    fn what_a_step_can_take_is_no_reason_to_refuse() {
+        // far off, and all of the excess is promised to the step
+        assert_eq!(unexplained(&[arc(0, 80.0, 1.0), arc(1, 0.0, 1.02)], 0, LOOKS), None);
+        assert_eq!(unexplained(&[arc(0, 80.0, 1.0)], 2, LOOKS), None);
+    }
+
+    #[test]
+    fn an_excess_that_no_step_takes_is_refused_at_once_and_the_worst_arc_is_named() {
+        let found = unexplained(&[arc(0, 1.0, 1.3), arc(1, 1.0, 2.0), arc(2, 1.0, 1.0)], 0, LOOKS).unwrap();
+        assert_eq!(found.arc, 1);
+        assert!((found.chi2_per_row - 2.0).abs() < 1e-6 && found.p < 1e-100, "{found:?}");
+    }
+
+    #[test]
+    fn far_from_the_optimum_an_arc_is_refused_once_steps_were_taken() {
+        // the step takes more than it leaves: the linear model is not trusted before
+        let far = [arc(0, 80.0, 1.3)];
+        assert_eq!((unexplained(&far, 0, LOOKS), unexplained(&far, 1, LOOKS)), (None, None));
+        assert_eq!(unexplained(&far, 2, LOOKS).map(|found| found.arc), Some(0));
+    }
+}

@@ -1,12 +1,17 @@
-//! Plants and rows for tests.
+//! Plants, rows and messages for tests.
 
+use crate::message::Received;
+use crate::parameters::Parameters;
 use dynamics::description::Plant;
+use identification::joint::Message;
+use nalgebra::{DMatrix, DVector};
 use simulation::Simulator;
 use telemetry::{CraftRow, Sample};
 
 pub fn plant(name: &str) -> Plant {
     let text = match name {
         "oscillator" => include_str!("../../../deploy/plants/oscillator.toml"),
+        "pendulum" => include_str!("../../../deploy/plants/pendulum.toml"),
         "study_case" => include_str!("../../../deploy/plants/study_case.toml"),
         other => panic!("no plant {other}"),
     };
@@ -31,4 +36,21 @@ pub fn rows(plant: &Plant, seed: u64, duration_s: f64) -> Vec<CraftRow> {
         row
     };
     (0..periods).map(row).collect()
+}
+
+/// A message of so many rows at the priors, which knows every parameter to a tenth of its prior and
+/// found it at `offset` prior standard deviations, with `chi2` per row.
+pub fn arc(parameters: &Parameters, arc: usize, [offset, chi2]: [f64; 2], rows: usize) -> Received {
+    let n = parameters.len();
+    Received {
+        arc,
+        theta: parameters.unknowns.iter().map(|unknown| unknown.prior).collect(),
+        message: Message {
+            information: 100.0 * DMatrix::identity(n, n),
+            gradient: DVector::from_element(n, 100.0 * offset),
+            chi2: chi2 * rows as f64,
+            log_determinant: 0.0,
+            rows,
+        },
+    }
 }

@@ -31,6 +31,7 @@ mod repeat;
 mod report;
 mod screening;
 mod search;
+mod simplest;
 mod stamps;
 mod suspicion;
 mod verdict;
@@ -49,9 +50,9 @@ pub use report::{
 };
 pub(crate) use verdict::{bin_location, located};
 
-use held_out_selection::select_on_held_out;
+use held_out_selection::{HeldOutSelection, select_on_held_out};
 use screening::Screening;
-use search::searched;
+use search::{SearchResult, searched};
 
 use crate::compete::FittedModel;
 use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
@@ -86,9 +87,10 @@ pub struct Options {
     /// Fits, and how much of a recording is taken, are those of a limit of this at least: a search
     /// may be bounded to nothing, what it starts from may not.
     pub fit_work_min: f64,
-    /// The plant lacks something, and its values are where a fit of it has ended: the nominal fit
-    /// begins there, and one that does not end is a start all the same.
-    pub is_refused: bool,
+    /// Where a fit of a plant has ended that is known to lack something, by the names of its
+    /// unknowns: the nominal fit begins there, others at their priors, and one that does not end is
+    /// a start all the same. Priors are those of the plant.
+    pub refused_at: Option<Vec<(String, f64)>>,
     /// Share of the signal below which what the plant misses in free run is not worth a law; of a
     /// decision by evidence.
     pub worth: f64,
@@ -107,7 +109,7 @@ impl Default for Options {
             repeat: None,
             work_max: NORMAL_WORK,
             fit_work_min: QUICK_WORK,
-            is_refused: false,
+            refused_at: None,
             worth: 0.0,
             watch: Watch::default(),
         }
@@ -220,21 +222,8 @@ fn run(
     let bare = standing(&session, &stated)?;
     let noise_p = verdict::noise_p(&session, &stated, &bare.fit, &bare.noise, bare.objective);
     outline.noise_found(noise_p);
-    let begun = session.work.spent();
-    let mut found = searched(&session, (bare.clone(), Rc::default()), options, &mut outline)?;
-    let search = session.work.spent() - begun;
-    outline.begin(Phase::HeldOut);
-    let mut selection = select_on_held_out(problem, (&session, &stated), &mut found, options, &mut notes);
-    let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
-    if is_open && session.work.allows(search, "effects of low significance") {
-        outline.begin(Phase::LowSignificance);
-        let confirmed = outline.within(|outline| {
-            suspicion::confirmed(problem, (&session, &stated), (&bare, &found), (options, outline), &mut notes)
-        });
-        if let Some(confirmed) = confirmed {
-            (found, selection) = confirmed;
-        }
-    }
+    let (found, selection) =
+        found_and_tested(problem, (&session, &stated, &bare), (options, &mut outline), &mut notes)?;
     let repeat = match &options.repeat {
         Some(again) if !found.adopted.is_empty() => {
             repeat::test_on_repeat(again, (&session, &stated, &bare.noise), &found.best, &found.adopted)
@@ -278,6 +267,30 @@ fn run(
         diagnosis.verdict = Verdict::CannotDecide;
     }
     Ok(diagnosis)
+}
+
+/// The effects that the search accepts and what held-out recordings say of them; where it accepts
+/// none, those of low significance that held-out recordings confirm.
+fn found_and_tested(
+    problem: &Problem,
+    (session, stated, bare): (&EstimationSession<'_>, &Fit, &FittedModel),
+    (options, outline): (&Options, &mut Outline<'_>),
+    notes: &mut Vec<String>,
+) -> Result<(SearchResult, HeldOutSelection), String> {
+    let begun = session.work.spent();
+    let mut found = searched(session, (bare.clone(), Rc::default()), options, outline)?;
+    let search = session.work.spent() - begun;
+    outline.begin(Phase::HeldOut);
+    let selection = select_on_held_out(problem, (session, stated), &mut found, options, notes);
+    let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
+    if is_open && session.work.allows(search, "effects of low significance") {
+        outline.begin(Phase::LowSignificance);
+        let confirmed = outline.within(|outline| {
+            suspicion::confirmed(problem, (session, stated), (bare, &found), (options, outline), notes)
+        });
+        return Ok(confirmed.unwrap_or((found, selection)));
+    }
+    Ok((found, selection))
 }
 
 /// The law that the accepted plant still lacks.

@@ -12,7 +12,7 @@ mod parameter;
 mod resolve;
 
 pub use law::{Action, BodyState, Both, HIDDEN_MAX, LawFn, Local, Pick, Surroundings, fired};
-pub use parameter::{EffectParameter, Prior, Role, Scan, Spread};
+pub use parameter::{AMPLITUDE_PRIOR_RATIO, DIRECTION_PRIOR_RAD, EffectParameter, Prior, Role, Scan, Spread};
 pub use resolve::{EffectError, PARAMETERS_MAX, apply_structures, felt, sites, values};
 
 use crate::description::{Plant, Site, SiteKind, Space};

@@ -15,6 +15,7 @@ mod alone;
 mod block;
 mod eliminated;
 mod fold;
+mod restart;
 mod sequence;
 mod stage;
 

@@ -395,11 +395,11 @@ fn keep_records(runner: &mut Runner<ShmLink>, run: &RunConfig, dir: &RunDir, lif
     runner.log_events_to(EventLog::open(&dir.events(id))?);
     let slots = run.keep.clone().unwrap_or_else(|| dir.own(id));
     runner.keep_tables(TablePlaces { slots: TableStore::at(&slots), report: dir.tables(id) });
-    match run.keep.as_deref().filter(|_| life.epoch > 0) {
+    if let Some(folder) = run.keep.as_deref().filter(|_| life.epoch > 0) {
         // A full disk costs a line of the log and not the partition.
-        Some(folder) => Ok(resets::append(&resets::file(folder), id, life).unwrap_or_default()),
-        None => Ok(()),
+        resets::append(&resets::file(folder), id, life).unwrap_or_default();
     }
+    Ok(())
 }
 
 /// Of a source that follows the clock at `--speed`; it begins now with frame `first_frame`.

@@ -28,34 +28,15 @@ record! {
         stands_in_for: [u16; DIAGNOSED_MAX], "-", "-", "0: it is missing; else it could replace the effect of this number, from 1";
         probability: [f64; DIAGNOSED_MAX], "-", "-", "that it is the missing one of its set";
         significance: [f64; DIAGNOSED_MAX], "sigma", "-", "root of the gain in -2 ln p; 0 of one that stands in";
-        value: [[f64; DIAGNOSED_PARAMETERS_MAX]; DIAGNOSED_MAX], "of the parameter", "-", "parameters in the order of the catalogue; NaN: not estimated";
-        sigma: [[f64; DIAGNOSED_PARAMETERS_MAX]; DIAGNOSED_MAX], "of the parameter", "-", "their standard deviations; NaN: not estimated";
+        value: [[f64; DIAGNOSED_PARAMETERS_MAX]; DIAGNOSED_MAX], "of the parameter", "-", "parameters in the order of the catalogue; NaN: the default";
+        sigma: [[f64; DIAGNOSED_PARAMETERS_MAX]; DIAGNOSED_MAX], "of the parameter", "-", "their standard deviations; NaN: kept at its value";
         theta: [f64; INFORMATION_MAX], "of the parameter", "-", "parameters of the refused model, beside what is missing; 0 behind them";
         crc32: u32, "-", "-", "CRC-32 (IEEE) over arc to theta";
         reserved: u32, "-", "-", "0";
     }
 }
 
-impl Diagnosis {
-    fn sealed_bytes(&self) -> &[u8] {
-        let bytes = zerocopy::IntoBytes::as_bytes(self);
-        &bytes[size_of::<Header>() + size_of::<u64>()..bytes.len() - size_of::<u64>()]
-    }
-
-    /// The same sample with `crc32` computed over `arc` to `theta`.
-    #[must_use]
-    pub fn sealed(mut self) -> Self {
-        self.crc32 = crate::crc32(self.sealed_bytes());
-        self
-    }
-
-    /// Whether `crc32` is that of `arc` to `theta`: false after any change behind
-    /// [`Diagnosis::sealed`].
-    #[must_use]
-    pub fn is_intact(&self) -> bool {
-        self.crc32 == crate::crc32(self.sealed_bytes())
-    }
-}
+crate::seal::sealed!(Diagnosis);
 
 #[cfg(test)]
 mod tests {

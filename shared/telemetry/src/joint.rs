@@ -83,25 +83,15 @@ record! {
     }
 }
 
-impl Information {
-    fn sealed_bytes(&self) -> &[u8] {
-        let bytes = zerocopy::IntoBytes::as_bytes(self);
-        &bytes[size_of::<Header>() + size_of::<u64>()..bytes.len() - size_of::<u64>()]
-    }
+crate::seal::sealed!(Information);
 
-    /// The same sample with `crc32` computed over `arc` to `information`.
-    #[must_use]
-    pub fn sealed(mut self) -> Self {
-        self.crc32 = crate::crc32(self.sealed_bytes());
-        self
-    }
-
-    /// Whether `crc32` is that of `arc` to `information`: false after any change behind
-    /// [`Information::sealed`].
-    #[must_use]
-    pub fn is_intact(&self) -> bool {
-        self.crc32 == crate::crc32(self.sealed_bytes())
-    }
+impl JointEstimate {
+    /// `asks`: messages of the next generation at `theta`.
+    pub const ASKS_NEXT_GENERATION: u16 = 1;
+    /// `asks`: the held-out arc, predicted at `theta`.
+    pub const ASKS_HELD_OUT: u16 = 2;
+    /// `asks`: what the arc of the verdict misses.
+    pub const ASKS_WHAT_IS_MISSING: u16 = 3;
 }
 
 #[cfg(test)]

@@ -38,6 +38,7 @@ mod joint;
 mod layout;
 mod names;
 mod records;
+mod seal;
 mod tables;
 mod topics;
 

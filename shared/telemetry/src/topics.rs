@@ -219,6 +219,10 @@ samples! {
     TELECOMMAND "telecommand": Telecommand x 32, 0 a frame, Feedback, "on demand", "supervisor" => "all";
 }
 
+/// Topics of what arcs say of one craft, by the code of the [`Domain`](crate::Domain) that keeps
+/// them.
+pub const INFORMATION: [Topic<Information>; 3] = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
+
 /// Index of the topic whose [`TopicInfo::name`] is `name`; `None` for a topic of another build.
 #[must_use]
 pub fn topic_named(name: &str) -> Option<TopicId> {

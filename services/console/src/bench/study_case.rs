@@ -7,6 +7,7 @@ use crate::run::{Common, config};
 use crate::scenario_run::LinkKind;
 use crate::scratch::Scratch;
 use crate::{Failure, launch, scenario_file};
+use plant_file::scenario::Opened;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use telemetry::JointVerdict;
@@ -48,9 +49,17 @@ pub(super) fn measure(arguments: &Arguments, to: &mut Answers) -> Result<(), Fai
     Ok(())
 }
 
-/// One flight, in lockstep.
 fn fly(seed: u64) -> Result<Trial, Failure> {
-    let mut run = config(scenario_file::study_case()?, &Common::default(), None)?;
+    let (joint, wall_s) = flown(scenario_file::study_case()?, seed)?;
+    Trial::of(seed, &joint, wall_s).ok_or_else(|| Failure::Run(format!("seed {seed}: no generation of messages")))
+}
+
+/// One flight of `opened` in lockstep, and how long it took \[s\].
+///
+/// # Errors
+/// [`Failure::Run`] where it fails or is interrupted.
+pub(super) fn flown(opened: Opened, seed: u64) -> Result<(JointOutcome, f64), Failure> {
+    let mut run = config(opened, &Common::default(), None)?;
     run.config.seed = seed;
     let scratch = Scratch::new()?;
     run.config.record = scratch.file("results.mcap");
@@ -62,7 +71,7 @@ fn fly(seed: u64) -> Result<Trial, Failure> {
         return Err(failed(reason));
     }
     let joint = outcome.joint.ok_or_else(|| failed("no joint estimate".into()))?;
-    Trial::of(seed, &joint, outcome.wall_s).ok_or_else(|| failed("no generation of messages".into()))
+    Ok((joint, outcome.wall_s))
 }
 
 impl Trial {

@@ -13,10 +13,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use plant_file::scenario::{ArcExperiment, ArcPlan, CraftPlan};
 use recording::RecordedRun;
 use serde_json::{Value, json};
-use telemetry::{
-    ESTIMATE_JOINT, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH, Information, JointEstimate,
-    JointVerdict, ParameterBlock,
-};
+use telemetry::{ESTIMATE_JOINT, INFORMATION, Information, JointEstimate, JointVerdict, ParameterBlock};
 
 /// A parameter whose sigma is above this share of its value takes no part in the ratio of errors
 /// and bounds: its estimate is its prior's.
@@ -140,11 +137,15 @@ impl JointOutcome {
         conflicts::conflicts(physical.map(|row| (&row.name[..], [row.value, row.sigma], [row.prior, row.prior_sigma])))
     }
 
-    /// The supervisor's words.
+    /// The supervisor's words; of an accepted model also what of it contradicts its priors.
     #[must_use]
     pub fn words(&self) -> String {
         let arc = self.verdict_arc.as_ref().map_or(String::new(), |arc| format!(" ({arc})"));
-        format!("{}{arc}", self.verdict.text())
+        let off = if self.verdict == JointVerdict::Accepted { self.conflicts() } else { Vec::new() };
+        let off: Vec<String> =
+            off.iter().map(|one| format!("{} by {:.1} sigma", one.name, one.distance_sigma.abs())).collect();
+        let but = if off.is_empty() { String::new() } else { format!(", against the priors of {}", off.join(", ")) };
+        format!("{}{arc}{but}", self.verdict.text())
     }
 
     /// What `--json` shows of it, by key.
@@ -235,8 +236,7 @@ impl Craft<'_> {
     /// Base parameters of a planar craft, by the same fold of the same messages, and their
     /// [`Generation::nees`].
     fn base_rows(&self, sample: &JointEstimate) -> Option<(Vec<JointRow>, Option<f64>)> {
-        let all = [INFORMATION_INERTIAL, INFORMATION_SLOSH, INFORMATION_MODAL];
-        let messages = all.iter().flat_map(|topic| self.recorded.of(*topic)).map(|(_, message)| message);
+        let messages = INFORMATION.iter().flat_map(|topic| self.recorded.of(*topic)).map(|(_, message)| message);
         let of_generation = |one: &&Information| one.generation == sample.generation && one.held_out == 0;
         let heard: Vec<Received> =
             messages.filter(of_generation).filter_map(|one| received(one, self.parameters).ok()).collect();

@@ -1,6 +1,6 @@
 //! What a refused model lacks: the question, the answer of an arc, and whether that was confirmed.
 
-use craft::missing::{Answer, answer};
+use craft::missing::{Answer, Missing, answer};
 use craft::parameters::Parameters;
 use dynamics::description::{EffectUse, Plant};
 use plant_file::scenario::CraftPlan;
@@ -9,9 +9,6 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use telemetry::{DIAGNOSIS, ESTIMATE_JOINT, JointEstimate, JointVerdict};
 
-/// `JointEstimate::asks`: what the arc of the verdict misses.
-const ASKS_WHAT_IS_MISSING: u16 = 3;
-
 /// A question and its answer.
 pub struct MissingOutcome {
     /// Why the supervisor asked.
@@ -19,9 +16,7 @@ pub struct MissingOutcome {
     arc: String,
     /// `None`: nobody answered.
     answer: Option<Answer>,
-    /// The model with what is missing predicts the held-out arc.
     confirmed: bool,
-    /// From the begin of the run to the answer.
     t_detected_s: Option<f64>,
     /// The craft as its file has it, and with what is missing, which has parameters of its own.
     nominal: Plant,
@@ -32,7 +27,7 @@ impl MissingOutcome {
     /// Of a run; `None` where no model was refused, or there was no question.
     pub fn read(plan: &CraftPlan, parameters: &Parameters, period_s: f64, recorded: &RecordedRun) -> Option<Self> {
         let estimates: Vec<&JointEstimate> = recorded.of(ESTIMATE_JOINT).map(|(_, sample)| sample).collect();
-        let question = estimates.iter().find(|one| one.asks == ASKS_WHAT_IS_MISSING)?;
+        let question = estimates.iter().find(|one| one.asks == JointEstimate::ASKS_WHAT_IS_MISSING)?;
         let arc = plan.arcs.get(usize::from(question.verdict_arc))?;
         let nominal = plan.known(arc).ok()?;
         let said = recorded.of(DIAGNOSIS).map(|(_, sample)| sample).next();
@@ -57,6 +52,21 @@ impl MissingOutcome {
     /// The model with what is missing, if any was tried.
     pub fn augmented(&self) -> Option<&(Plant, Parameters)> {
         self.augmented.as_ref()
+    }
+
+    /// The effects of the answer: those that are missing, then those that could replace them.
+    pub fn named(&self) -> impl Iterator<Item = &Missing> {
+        self.answer.iter().flat_map(|answer| &answer.effects)
+    }
+
+    /// The model with what is missing predicts the held-out arc.
+    pub const fn is_confirmed(&self) -> bool {
+        self.confirmed
+    }
+
+    /// From the begin of the run to the answer \[s\].
+    pub const fn t_detected_s(&self) -> Option<f64> {
+        self.t_detected_s
     }
 
     fn effects(&self) -> impl Iterator<Item = Value> + '_ {
@@ -96,7 +106,7 @@ impl MissingOutcome {
         let mut text = format!("{} ({}); {}", self.refused.text(), self.arc, answer.verdict.text());
         for one in answer.found() {
             let _ = write!(text, "; {} at {}, probability {:.2}", one.kind, one.site, one.probability);
-            for (name, value, sigma) in &one.values {
+            for (name, value, sigma) in one.values.iter().filter(|(.., sigma)| sigma.is_finite()) {
                 let (value, sigma) = report::text::with_sigma(*value, *sigma);
                 let _ = write!(text, ", {name} {value} +- {sigma}");
             }

@@ -5,12 +5,6 @@ use craft::parameters::Parameters;
 use runtime::Frame;
 use telemetry::{ARCS_MAX, BLOCKS, JointEstimate, JointVerdict, Sample};
 
-/// `JointEstimate::asks`: messages of the next generation.
-pub const NEXT_GENERATION: u16 = 1;
-/// `JointEstimate::asks`: the held-out arc, predicted.
-pub const HELD_OUT: u16 = 2;
-/// `JointEstimate::asks`: what the arc of the verdict misses.
-pub const WHAT_IS_MISSING: u16 = 3;
 /// `JointEstimate::verdict_arc`: none.
 const NO_ARC: u16 = u16::MAX;
 
@@ -35,6 +29,20 @@ pub fn sample(parameters: &Parameters, generation: u16, folded: Option<&Folded>,
         sample.chi2_per_row[test.arc] = test.chi2_per_row;
         sample.p_between[test.arc] = test.p_between.map(|p| p.unwrap_or(f64::NAN));
     }
+    sample
+}
+
+/// Asks for the messages behind those of `generation` at the values `theta`, with the posterior of
+/// `generation` where there is one.
+pub fn point(
+    parameters: &Parameters,
+    generation: u16,
+    (folded, theta): (Option<&Folded>, &[f64]),
+    frame: &Frame<'_>,
+) -> JointEstimate {
+    let mut sample = self::sample(parameters, generation, folded, frame);
+    (sample.count, sample.asks) = (theta.len() as u16, JointEstimate::ASKS_NEXT_GENERATION);
+    sample.theta[..theta.len()].copy_from_slice(theta);
     sample
 }
 

@@ -9,7 +9,7 @@ use craft::missing::{Answer, answer};
 use craft::parameters::Parameters;
 use runtime::{Frame, Outputs};
 use serde::{Deserialize, Serialize};
-use telemetry::{DIAGNOSIS, Diagnosis, ESTIMATE_JOINT, JointVerdict, MODE};
+use telemetry::{DIAGNOSIS, Diagnosis, ESTIMATE_JOINT, JointEstimate, JointVerdict, MODE};
 use zerocopy::{FromBytes, IntoBytes};
 
 /// The question, and what became of it.
@@ -79,7 +79,7 @@ impl JointSupervisor {
         };
         let mut sample = announcement::sample(&self.parameters, generation, Some(folded), frame);
         announcement::judged(&mut sample, verdict, Some(of), predicted);
-        sample.asks = announcement::WHAT_IS_MISSING;
+        sample.asks = JointEstimate::ASKS_WHAT_IS_MISSING;
         out.publish(ESTIMATE_JOINT, &sample);
         (self.state.diagnosed.asked, self.state.diagnosed.generation) = (true, generation);
         self.state.diagnosed.question = Some((verdict.code(), of as u16));
@@ -96,10 +96,7 @@ impl JointSupervisor {
             self.state.diagnosed.answer = said.as_bytes().to_vec();
             let generation = self.state.diagnosed.newest;
             (self.state.diagnosed.first, self.state.descent) = (generation + 1, Descent::default());
-            let mut sample = announcement::sample(&self.parameters, generation, None, frame);
-            (sample.count, sample.asks) = (theta.len() as u16, announcement::NEXT_GENERATION);
-            sample.theta[..theta.len()].copy_from_slice(&theta);
-            out.publish(ESTIMATE_JOINT, &sample);
+            out.publish(ESTIMATE_JOINT, &announcement::point(&self.parameters, generation, (None, &theta), frame));
             self.state.messages.clear();
             let until_frame = frame.number + WINDOWS_MAX * self.window;
             self.state.stage = Stage::Folding { generation: generation + 1, until_frame };
@@ -136,5 +133,54 @@ impl JointSupervisor {
         if let Ok(sample) = Diagnosis::read_from_bytes(&self.state.diagnosed.answer) {
             let _ = self.augment(&sample);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use craft::message::received;
+    use telemetry::{Information, Sample};
+
+    /// Flies arcs A, B and C and holds D out.
+    fn supervisor() -> JointSupervisor {
+        let text = include_str!("../../../../tests/data/craft/pendulum.toml");
+        let plant = include_str!("../../../../deploy/plants/pendulum.toml");
+        let opened = plant_file::scenario::open("pendulum", text, |_| Ok(plant.into())).unwrap();
+        let craft = opened.scenario.craft.clone().unwrap();
+        JointSupervisor::new(&opened.scenario, &craft, 40, true).unwrap()
+    }
+
+    fn messages(supervisor: &JointSupervisor, arcs: &[usize]) -> Vec<Received> {
+        let parameters = &supervisor.parameters;
+        let (count, parameter_hash) = (parameters.len() as u16, parameters.hash);
+        let of = |arc: &usize| {
+            let sample = Information { arc: *arc as u16, count, parameter_hash, rows: 9, ..Information::zeroed_at(0) };
+            received(&sample.sealed(), parameters).unwrap()
+        };
+        arcs.iter().map(of).collect()
+    }
+
+    #[test]
+    fn a_held_out_arc_that_told_what_is_missing_confirms_nothing() {
+        let mut supervisor = supervisor();
+        let heard = messages(&supervisor, &[0, 1, 2]);
+        let accepted = (JointVerdict::Accepted, None);
+        assert_eq!(supervisor.standing(accepted, &heard), accepted);
+        supervisor.state.diagnosed.question = Some((JointVerdict::HeldOutMissed.code(), 3));
+        assert_eq!(supervisor.standing(accepted, &heard), (JointVerdict::NoHeldOut, None));
+        // a refusal needs no confirmation
+        let refused = (JointVerdict::ArcsContradict, Some(1));
+        assert_eq!(supervisor.standing(refused, &heard), refused);
+    }
+
+    #[test]
+    fn a_model_that_leaves_out_the_arc_that_refused_the_first_one_has_not_explained_it() {
+        let mut supervisor = supervisor();
+        let reason = JointVerdict::ArcNotExplained;
+        supervisor.state.diagnosed.question = Some((reason.code(), 2));
+        let accepted = (JointVerdict::Accepted, None);
+        assert_eq!(supervisor.standing(accepted, &messages(&supervisor, &[0, 1, 2])), accepted);
+        assert_eq!(supervisor.standing(accepted, &messages(&supervisor, &[0, 1])), (reason, Some(2)));
     }
 }

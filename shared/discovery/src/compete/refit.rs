@@ -4,7 +4,7 @@
 use super::BIC_PREFERENCE;
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant, Quantity};
-use dynamics::effect::{Amplitude, EffectParameter, Role};
+use dynamics::effect::{AMPLITUDE_PRIOR_RATIO, Amplitude, DIRECTION_PRIOR_RAD, EffectParameter, Role};
 use dynamics::system::System;
 use identification::filter::{NoiseModel, equip};
 use identification::fit::noise::{Search, maximise};
@@ -246,14 +246,13 @@ pub(crate) fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], sha
     for (place, parameter) in parameters.iter().enumerate() {
         let name = parameter.name;
         let given = if components > 1 && place < components {
-            Some(
-                component(name)
-                    .map_or((0.0, None), |a| ((share * a).clamp(parameter.low, parameter.high), Some(30.0 * largest))),
-            )
+            Some(component(name).map_or((0.0, None), |a| {
+                ((share * a).clamp(parameter.low, parameter.high), Some(AMPLITUDE_PRIOR_RATIO * largest))
+            }))
         } else if name == candidate.amplitude() {
-            Some((start, Some(30.0 * start.abs().max(column.step.abs()))))
+            Some((start, Some(AMPLITUDE_PRIOR_RATIO * start.abs().max(column.step.abs()))))
         } else if let Some((_, angle)) = angles.iter().find(|(n, _)| *n == name) {
-            Some((*angle, varies(candidate, name).then_some(1.5)))
+            Some((*angle, varies(candidate, name).then_some(DIRECTION_PRIOR_RAD)))
         } else {
             candidate.inner.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value, parameter.prior.sigma(*value)))
         };

@@ -7,7 +7,7 @@
 
 use super::{Diagnosis, Options};
 use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
-use identification::problem::Problem;
+use identification::problem::{Problem, Unknown};
 use identification::work::{LIMIT_NOTE, Work};
 use std::sync::Arc;
 
@@ -96,14 +96,22 @@ pub(crate) fn within_limit(problem: &Problem, options: &Options, each: &mut Deci
 /// nothing else says that the plant lacks something.
 pub(crate) fn nominal(session: &EstimationSession<'_>, options: &Options) -> Result<Fit, String> {
     let own = EstimationSession { work: Work::part(&session.work, NOMINAL_SHARE), ..session.clone() };
-    let found = if options.is_refused {
-        fit(&own, &own.problem.plant, &own.prior(), &own.noise, NOMINAL_ROUNDS)
-    } else {
-        fit_by_continuation(&own, NOMINAL_ROUNDS)
+    let found = match &options.refused_at {
+        Some(at) => fit(&own, &own.problem.plant, &started(&own, at), &own.noise, NOMINAL_ROUNDS),
+        None => fit_by_continuation(&own, NOMINAL_ROUNDS),
     };
     let fit = found.map_err(|error| error.to_string())?;
-    let is_cut = !fit.converged && own.work.note().is_some() && !options.is_refused;
+    let is_cut = !fit.converged && own.work.note().is_some() && options.refused_at.is_none();
     if is_cut { Err(NOMINAL_UNFINISHED.to_owned()) } else { Ok(fit) }
+}
+
+/// Values of all unknowns: those of `at`, within what is possible, others at their priors.
+fn started(session: &EstimationSession<'_>, at: &[(String, f64)]) -> Vec<f64> {
+    let value = |unknown: &Unknown| {
+        let known = at.iter().find(|(name, _)| *name == unknown.name).map(|(_, value)| *value);
+        known.map_or(unknown.prior, |value| value.clamp(unknown.low, unknown.high))
+    };
+    session.problem.unknowns.iter().map(value).collect()
 }
 
 #[cfg(test)]

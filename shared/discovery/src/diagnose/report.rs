@@ -79,6 +79,10 @@ pub struct EffectReport {
     pub status: Status,
     pub rivals: Vec<Rival>,
     pub parameters: Vec<ParameterReport>,
+    /// Values at which the law was fitted and that were not estimated, by name: with the
+    /// catalogue's defaults instead it is another law.
+    #[serde(skip)]
+    pub kept: Vec<(String, f64)>,
     pub kappa: f64,
     pub d: f64,
     /// What a decision by evidence adds.

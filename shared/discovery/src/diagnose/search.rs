@@ -67,13 +67,14 @@ pub(super) fn searched(
             refit
         };
         found.prune(session, refit);
+        found.simplify(session);
     }
     found.rivals.retain(|(.., behind)| *behind <= RIVAL_SPAN);
     Ok(found)
 }
 
 impl SearchResult {
-    fn nominal(best: FittedModel, screening: Rc<Screening>) -> Self {
+    pub(super) fn nominal(best: FittedModel, screening: Rc<Screening>) -> Self {
         let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self { best, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 }
     }
@@ -276,7 +277,7 @@ impl Adopted {
     }
 
     /// With the rivals of `other`, which has the ΔBIC `behind`, for its own.
-    fn beside(mut self, other: &Self, behind: f64) -> Self {
+    pub(super) fn beside(mut self, other: &Self, behind: f64) -> Self {
         let is_self = |rival: &&RivalEffect| self.column.candidate.same_law(&rival.candidate);
         let theirs = other.rivals.iter().filter(|rival| !is_self(rival));
         let theirs = theirs.map(|rival| RivalEffect { bic: rival.bic + behind, ..rival.clone() });

@@ -12,7 +12,8 @@ use crate::compete::{FittedModel, Multiplicity, onset_estimates};
 use crate::omnibus::{Outliers, StrongestBin};
 use crate::score::{Candidate, Score};
 use crate::unknown_law::{Acts, UnknownLaw};
-use dynamics::description::SiteKind;
+use dynamics::description::{EffectUse, SiteKind};
+use dynamics::effect::Role;
 use examination::doctor::{probability as chance, short};
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, NOT_FOUND_RATIO};
@@ -565,6 +566,7 @@ fn effect(session: &EstimationSession<'_>, best: &FittedModel, adopted: &Adopted
         status,
         rivals: rivals.collect(),
         parameters: parameters(session, best, candidate),
+        kept: kept(best, candidate),
         kappa: adopted.score.kappa,
         d: adopted.d,
         evidence: None,
@@ -593,14 +595,20 @@ fn parameters(session: &EstimationSession<'_>, best: &FittedModel, candidate: &C
     estimated.chain(times).collect()
 }
 
+/// Parameters that the fit of the effect of `candidate` kept, and their values; times apart.
+fn kept(best: &FittedModel, candidate: &Candidate) -> Vec<(String, f64)> {
+    let of = |used: &&EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
+    let values = best.plant.effects.iter().filter(of).flat_map(|used| &used.values);
+    let is_time =
+        |name: &str| candidate.effect.parameter(name).is_some_and(|p| matches!(p.role, Role::Onset | Role::Duration));
+    let kept = values.filter(|(name, quantity)| quantity.sigma.is_none() && !is_time(name));
+    kept.map(|(name, quantity)| (name.clone(), quantity.value)).collect()
+}
+
 fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
     let candidate = &lost.column.candidate;
     let unit = findings.session.problem.plant.effect_unit(
-        &dynamics::description::EffectUse {
-            kind: candidate.effect.kind.to_owned(),
-            site: candidate.site.clone(),
-            values: Vec::new(),
-        },
+        &EffectUse { kind: candidate.effect.kind.to_owned(), site: candidate.site.clone(), values: Vec::new() },
         candidate.effect.parameters[0].unit,
     );
     let amplitude = ParameterReport {
@@ -617,6 +625,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
         status: Status::NotConverged,
         rivals: Vec::new(),
         parameters: vec![amplitude],
+        kept: Vec::new(),
         kappa: lost.score.kappa,
         d: lost.ratio.max(0.0).sqrt(),
         evidence: None,
@@ -654,11 +663,7 @@ fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
             known.amplitude = known.amplitude.min(score.limit);
             continue;
         }
-        let used = dynamics::description::EffectUse {
-            kind: kind.to_owned(),
-            site: candidate.site.clone(),
-            values: Vec::new(),
-        };
+        let used = EffectUse { kind: kind.to_owned(), site: candidate.site.clone(), values: Vec::new() };
         let unit = plant.effect_unit(&used, candidate.effect.parameters[0].unit);
         list.push(DetectionLimit { kind: kind.to_owned(), site, amplitude: score.limit, unit });
     }

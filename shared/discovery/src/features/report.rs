@@ -143,6 +143,7 @@ impl Comparison<'_> {
             status,
             rivals: rivals.collect(),
             parameters: vec![ParameterReport { name, value, sigma: slope.abs() * sigma, unit }],
+            kept: Vec::new(),
             kappa: self.absorbed(own),
             d: 0.0,
             evidence: None,

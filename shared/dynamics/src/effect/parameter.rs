@@ -35,6 +35,12 @@ pub enum Role {
     Shape,
 }
 
+/// Prior standard deviation of an amplitude where an effect is fitted, in amplitudes that were
+/// estimated before it: its data alone say how large it is.
+pub const AMPLITUDE_PRIOR_RATIO: f64 = 30.0;
+/// Prior standard deviation of a direction there \[rad\]: no direction is preferred.
+pub const DIRECTION_PRIOR_RAD: f64 = 1.5;
+
 /// Values at which a law is screened.
 ///
 /// *Motion* is that of the site's coordinate along the filtered trajectories: its range from low to

@@ -105,3 +105,41 @@ fn the_block_that_an_arc_contradicts_is_the_one_that_differs() {
     let different = p(&other, 53);
     assert!(different.p < 1e-3 && different.freedom == 1, "{different:?}");
 }
+
+/// `plant` with every number of the oscillator's spring `sigmas` prior deviations off.
+fn stiffer(nominal: &Plant, sigmas: f64) -> Plant {
+    let mut plant = nominal.clone();
+    let spring = shared_unknowns(nominal).into_iter().find(|unknown| unknown.name.contains("stiffness")).unwrap();
+    plant.set_parameter(&spring.name, spring.prior + sigmas * spring.sigma).unwrap();
+    plant
+}
+
+/// Where an arc of `truth` ends that had ended at `at` prior deviations of the spring, and the
+/// deviation of the spring there.
+fn ended_again(truth: &Plant, at: f64) -> (f64, bool) {
+    let nominal = plant("oscillator");
+    let alone = [arc("a", &nominal, 61, truth)];
+    let vehicle = vehicle(&alone);
+    let mut theta = vehicle.prior();
+    let spring = vehicle.unknowns.iter().position(|unknown| unknown.name.contains("stiffness")).unwrap();
+    theta[spring] += at * vehicle.unknowns[spring].sigma;
+    let message = vehicle.message(0, &theta).unwrap();
+    let (moved, _) = vehicle.restarted(0, &Knowledge::of_priors(theta.len()), (theta.clone(), message));
+    let unknown = &vehicle.unknowns[spring];
+    ((moved[spring] - unknown.prior) / unknown.sigma, moved == theta)
+}
+
+#[test]
+fn an_arc_that_ended_against_what_is_known_is_heard_again_from_there_and_ends_where_more_is_explained() {
+    let nominal = plant("oscillator");
+    let (spring, _) = ended_again(&nominal, 5.0);
+    assert!(spring.abs() < 0.1, "{spring}");
+    // within what was known there is no reason to start again, whatever is explained
+    assert!(ended_again(&nominal, 1.0).1);
+}
+
+#[test]
+fn an_estimate_that_contradicts_what_was_known_and_explains_more_is_kept() {
+    let (spring, _) = ended_again(&stiffer(&plant("oscillator"), 5.0), 5.0);
+    assert!((spring - 5.0).abs() < 0.2, "{spring}");
+}

@@ -20,7 +20,7 @@ const CHI2_PER_ROW_NEAR: f64 = 2.0;
 const WINDOW_HALVINGS_MAX: u32 = 8;
 /// Sets of sensitivities of a window, and of the last passes over all arcs.
 const ROUNDS_OF_A_WINDOW: usize = 3;
-const ROUNDS_OF_ALL: usize = 8;
+pub(super) const ROUNDS_OF_ALL: usize = 8;
 /// Squared distance of two maxima, for each unknown, below which steps of integration are short
 /// enough: a tenth of a standard deviation rms, as far as the iteration itself is off.
 const STEP_ERROR: f64 = 1e-2;
@@ -79,8 +79,23 @@ pub fn identify(vehicle: &Vehicle<'_>, progress: &mut dyn FnMut(Option<&str>, f6
 }
 
 impl Vehicle<'_> {
-    /// Hears one arc through growing windows; what it says where `theta` has moved to.
+    /// Hears one arc through growing windows, and once more where that ends in conflict with what
+    /// is `known`; what it says where `theta` has moved to.
     pub(super) fn heard(
+        &self,
+        arc: usize,
+        known: &Knowledge,
+        theta: &mut Vec<f64>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Message, JointError> {
+        let message = self.through_windows(arc, known, theta, progress)?;
+        let (moved, message) = self.restarted(arc, known, (core::mem::take(theta), message));
+        *theta = moved;
+        Ok(message)
+    }
+
+    /// Hears one arc through growing windows; what it says where `theta` has moved to.
+    fn through_windows(
         &self,
         arc: usize,
         known: &Knowledge,

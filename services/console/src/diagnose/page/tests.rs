@@ -119,6 +119,7 @@ fn full() -> Diagnosis {
             reason: "fits worse by 5.2 in BIC".into(),
         }],
         parameters: vec![ParameterReport { name: "force".into(), value: 0.3, sigma: 0.004, unit: "N*m".into() }],
+        kept: Vec::new(),
         kappa: 0.34,
         d: 12.0,
         evidence: None,

@@ -46,3 +46,16 @@ fn a_nominal_fit_that_the_work_cuts_decides_nothing_and_says_what_helps() {
     let session = EstimationSession::counted(&short, 1, Arc::new(Work::of(1.0))).unwrap();
     assert_eq!(super::nominal(&session, &Options::default()).err().as_deref(), Some(NOMINAL_UNFINISHED));
 }
+
+#[test]
+fn where_a_refused_plant_has_ended_is_a_start_and_no_prior() {
+    let plant = plant("pendulum");
+    let short = problem(&plant, recording(&off_priors(&plant, 7), 7, 3.0));
+    let session = EstimationSession::new(&short, 1).unwrap();
+    let at = |k: f64| short.unknowns.iter().map(|own| (own.name.clone(), own.prior + k * own.sigma)).collect();
+    let ended = |at| super::nominal(&session, &Options { refused_at: Some(at), ..Options::default() }).unwrap();
+    let (near, far) = (ended(at(0.0)), ended(at(1.0)));
+    for ((near, far), sigma) in near.theta.iter().zip(&far.theta).zip(&near.sigma) {
+        assert!((near - far).abs() < 0.1 * sigma, "{near} {far} {sigma}");
+    }
+}

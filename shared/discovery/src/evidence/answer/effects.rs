@@ -20,6 +20,7 @@ impl Shown<'_> {
             status: self.status(),
             rivals: self.rivals(name),
             parameters: self.parameters(part),
+            kept: Vec::new(),
             kappa: part.kappa,
             d: (2.0 * (self.leader().model.log_likelihood() - self.without(name))).max(0.0).sqrt(),
             evidence: Some(EffectEvidence {

@@ -1,62 +1,14 @@
-//! When an arc refuses a model at once, and how what it misses travels and joins the plant.
+//! How what an arc misses travels, and how it joins the plant.
 
-use craft::message::Received;
 use craft::missing::{Answer, Missing, Unusable, answer, sample};
 use craft::parameters::Parameters;
-use craft::refusal::unexplained;
 use dynamics::description::Plant;
-use identification::joint::Message;
-use nalgebra::{DMatrix, DVector};
 use telemetry::{DIAGNOSED_MAX, Diagnosis, DiagnosisVerdict};
 
-const OSCILLATOR: &str = include_str!("../../../deploy/plants/oscillator.toml");
 const STUDY_CASE: &str = include_str!("../../../deploy/plants/study_case.toml");
 
 fn plant(text: &str) -> Plant {
     plant_file::parse("plant", text).unwrap().plant
-}
-
-const ROWS: usize = 4000;
-const LOOKS: usize = 7;
-
-/// An arc `off` posterior sigmas from its optimum in every parameter, where it keeps
-/// `chi2_per_row`.
-fn arc(arc: usize, off: f64, chi2_per_row: f64) -> Received {
-    let parameters = Parameters::of_plant(&plant(OSCILLATOR)).unwrap();
-    let n = parameters.len();
-    Received {
-        arc,
-        theta: parameters.unknowns.iter().map(|unknown| unknown.prior).collect(),
-        message: Message {
-            information: 100.0 * DMatrix::identity(n, n),
-            gradient: DVector::from_element(n, 10.0 * off),
-            chi2: chi2_per_row * ROWS as f64 + n as f64 * off * off,
-            log_determinant: 0.0,
-            rows: ROWS,
-        },
-    }
-}
-
-#[test]
-fn what_a_step_can_take_is_no_reason_to_refuse() {
-    // far off, and all of the excess is promised to the step
-    assert_eq!(unexplained(&[arc(0, 80.0, 1.0), arc(1, 0.0, 1.02)], 0, LOOKS), None);
-    assert_eq!(unexplained(&[arc(0, 80.0, 1.0)], 2, LOOKS), None);
-}
-
-#[test]
-fn an_excess_that_no_step_takes_is_refused_at_once_and_the_worst_arc_is_named() {
-    let found = unexplained(&[arc(0, 1.0, 1.3), arc(1, 1.0, 2.0), arc(2, 1.0, 1.0)], 0, LOOKS).unwrap();
-    assert_eq!(found.arc, 1);
-    assert!((found.chi2_per_row - 2.0).abs() < 1e-6 && found.p < 1e-100, "{found:?}");
-}
-
-#[test]
-fn far_from_the_optimum_an_arc_is_refused_once_steps_were_taken() {
-    // the step takes more than it leaves: the linear model is not trusted before
-    let far = [arc(0, 80.0, 1.3)];
-    assert_eq!((unexplained(&far, 0, LOOKS), unexplained(&far, 1, LOOKS)), (None, None));
-    assert_eq!(unexplained(&far, 2, LOOKS).map(|found| found.arc), Some(0));
 }
 
 fn coulomb(stands_in_for: Option<usize>) -> Missing {
@@ -101,4 +53,49 @@ fn the_augmented_plant_carries_what_is_missing_with_a_wide_prior_and_no_rival() 
     assert!(new.name.contains("joint:elbow") && new.prior == 0.08 && new.sigma > 1.0, "{new:?}");
     let (nothing, ..) = answered(Vec::new());
     assert_eq!(nothing.augmented(&plant), None);
+}
+
+#[test]
+fn the_law_that_was_fitted_is_the_law_that_is_tried_with_wide_priors_of_what_was_estimated() {
+    let stribeck = Missing {
+        kind: "joint_stribeck".into(),
+        values: vec![
+            ("force".into(), 0.07, 0.001),
+            ("stribeck_rate".into(), 0.3, 0.02),
+            ("smooth_rate".into(), 4e-4, f64::NAN),
+        ],
+        ..coulomb(None)
+    };
+    let (said, plant, parameters) = answered(vec![stribeck]);
+    let said = answer(&sample(&said, &plant, &parameters), &plant, &parameters).unwrap();
+    let augmented = said.augmented(&plant).unwrap();
+    let of = |name: &str| {
+        let own = augmented.effects.iter().find(|used| used.kind == "joint_stribeck").unwrap();
+        own.values.iter().find(|(own, _)| own == name).map(|(_, quantity)| (quantity.value, quantity.sigma)).unwrap()
+    };
+    // thirty times the amplitude, the catalogue's share of a width, and the factor of five within
+    // which the search knows the rate of the sign
+    assert_eq!(of("force"), (0.07, Some(30.0 * 0.07)));
+    assert_eq!(of("stribeck_rate"), (0.3, Some(0.7 * 0.3)));
+    assert_eq!(of("smooth_rate"), (4e-4, Some(4.0 * 4e-4)));
+}
+
+#[test]
+fn an_amplitude_within_its_deviation_of_zero_is_as_uncertain_as_that_and_a_component_that_was_kept_is_known() {
+    let values = vec![("force_x".into(), 0.001, 0.02), ("force_y".into(), 0.0, f64::NAN)];
+    let torque = Missing { kind: "constant_force".into(), site: "body:hub".parse().unwrap(), values, ..coulomb(None) };
+    let (_, plant, _) = answered(Vec::new());
+    let used = torque.as_effect(&plant).unwrap();
+    let sigmas: Vec<Option<f64>> = used.values.iter().map(|(_, quantity)| quantity.sigma).collect();
+    assert_eq!(sigmas, [Some(30.0 * 0.02), None]);
+}
+
+#[test]
+fn a_sign_that_turns_as_slowly_as_is_plausible_keeps_its_rate() {
+    let (_, plant, _) = answered(Vec::new());
+    let sigma = |rate: f64| {
+        let values = vec![("force".into(), 0.08, 0.002), ("smooth_rate".into(), rate, f64::NAN)];
+        Missing { values, ..coulomb(None) }.as_effect(&plant).unwrap().values[1].1.sigma
+    };
+    assert_eq!((sigma(0.01), sigma(0.1)), (Some(0.04), None));
 }
