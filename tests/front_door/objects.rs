@@ -13,6 +13,11 @@ const COMMANDS: &[&str] = &[
     "effects joint_coulomb",
     "effects --plant pendulum",
     "icd",
+    "events run.mcap",
+    "events --list",
+    "tables list",
+    "tables validate guards.toml",
+    "command check sequence.toml",
     "plant check pendulum tank_1d",
     "plant describe pendulum",
     "plant parameters pendulum --duration 2",
@@ -43,7 +48,22 @@ const COMMANDS: &[&str] = &[
 
 /// Commands that need a run that flies or drivers that feed it: `fault_injection` and `deployment`
 /// test what they print.
-const TESTED_ELSEWHERE: [&str; 2] = ["top", "gateway"];
+const TESTED_ELSEWHERE: [&str; 11] = [
+    "top",
+    "gateway",
+    "command ping",
+    "command safe",
+    "command resume",
+    "command allow-capture",
+    "command clear-counters",
+    "command sequence",
+    "tables load",
+    "tables activate",
+    "tables dump",
+];
+const GUARDS: &str = "format = 1\npartition = \"supervisor\"\ntable = \"guards\"\nversion = 4\n\
+    [values]\nsafe_dwell_frames = 800\n";
+const SEQUENCE: &str = "format = 1\n[[command]]\nframe = 300\norder = \"ping\"\nto = \"all\"\n";
 
 /// A free decay of two channels.
 fn decay() -> String {
@@ -61,6 +81,8 @@ fn decay() -> String {
 fn every_command_with_json_prints_one_object_and_nothing_else() {
     let folder = Folder::new("objects");
     folder.file("decay.csv", decay());
+    folder.file("guards.toml", GUARDS);
+    folder.file("sequence.toml", SEQUENCE);
     let short = scenario("short.toml");
     for line in COMMANDS {
         let words = line.split(' ').map(|word| match word {

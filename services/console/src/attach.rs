@@ -111,7 +111,8 @@ fn carried_out(dir: &RunDir, command: &Telecommand, limit: Duration) -> Result<A
                 _ => {}
             }
         }
-        if frames.len() == addressees.len() {
+        // Of a partition that the run does not have, the port's refusal is awaited.
+        if !addressees.is_empty() && frames.len() == addressees.len() {
             return Ok(Answer::Done(Progress::Executed { frame: frames.into_iter().min().unwrap_or(0) }));
         }
     }

@@ -20,7 +20,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid events                                the newest run: what was reported, then what is, until it ends
-  obsid events --once --json                  what was reported so far, one JSON object a line
+  obsid events --once --json                  what was reported so far, as one JSON object
   obsid events flight.mcap                    of a recording
   obsid events --min-severity warning         no information
   obsid events --partition slosh-id --once    of one partition
@@ -41,7 +41,7 @@ pub struct Arguments {
     /// What was reported so far; does not wait for more
     #[arg(long)]
     once: bool,
-    /// One JSON object a line
+    /// One JSON object on standard output, when the run ends or is no longer watched
     #[arg(long)]
     json: bool,
     /// Restarts over all runs that kept their log in this folder (obsid run --keep)
@@ -69,18 +69,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         crate::print(&crate::icd::event_list(arguments.json));
         return Ok(());
     }
-    let filter = Filter::new(arguments)?;
-    if let Some(folder) = &arguments.resets {
-        filter.print_resets(&resets::read(&resets::file(folder)));
-        return Ok(());
+    let mut filter = Filter::new(arguments)?;
+    let (result, key) = match (&arguments.resets, &arguments.source) {
+        (Some(folder), _) => {
+            filter.print_resets(&resets::read(&resets::file(folder)));
+            (Ok(()), "resets")
+        }
+        (None, Some(file)) if file.is_file() => (of_recording(file, &mut filter), "events"),
+        (None, source) => (of_run(source.clone(), &mut filter, arguments.once), "events"),
+    };
+    // One object, also of what was known when it was interrupted.
+    if arguments.json && matches!(result, Ok(()) | Err(Failure::Interrupted)) {
+        crate::print(&format!("{}\n", json!({ key: filter.objects, "interrupted": result.is_err() })));
     }
-    match &arguments.source {
-        Some(file) if file.is_file() => of_recording(file, &filter),
-        source => of_run(source.clone(), &filter, arguments.once),
-    }
+    result
 }
 
-fn of_recording(file: &Path, filter: &Filter) -> Result<(), Failure> {
+fn of_recording(file: &Path, filter: &mut Filter) -> Result<(), Failure> {
     let recorded = recording::read_mcap_topics(file, |topic| topic == EVENT.id).map_err(Failure::input)?;
     let mut all: Vec<(Stamps, Event)> = recorded.of(EVENT).map(|(stamps, event)| (*stamps, *event)).collect();
     all.sort_by_key(|(stamps, _)| stamps.sent_ns);
@@ -88,7 +93,7 @@ fn of_recording(file: &Path, filter: &Filter) -> Result<(), Failure> {
     Ok(())
 }
 
-fn of_run(source: Option<PathBuf>, filter: &Filter, once: bool) -> Result<(), Failure> {
+fn of_run(source: Option<PathBuf>, filter: &mut Filter, once: bool) -> Result<(), Failure> {
     let interrupted = interrupt::flag()?;
     let dir = attach::living(source)?;
     let mut shown = BTreeMap::new();
@@ -127,6 +132,8 @@ struct Filter {
     least: Severity,
     partition: Option<PartitionId>,
     json: bool,
+    /// What passed, for one object at the end.
+    objects: Vec<Value>,
 }
 
 impl Filter {
@@ -138,17 +145,23 @@ impl Filter {
         };
         let named = |name: &String| attach::partition(name);
         let partition = arguments.partition.as_ref().map(named).transpose()?;
-        Ok(Filter { least, partition, json: arguments.json })
+        Ok(Filter { least, partition, json: arguments.json, objects: Vec::new() })
     }
 
-    fn print_resets(&self, all: &[Reset]) {
-        for reset in all.iter().filter(|reset| self.partition.is_none_or(|id| id == reset.partition)) {
+    fn show(&mut self, text: impl FnOnce() -> String, object: impl FnOnce() -> Value) {
+        if self.json {
+            self.objects.push(object());
+        } else {
+            crate::print(&format!("{}\n", text()));
+        }
+    }
+
+    fn print_resets(&mut self, all: &[Reset]) {
+        let partition = self.partition;
+        for reset in all.iter().filter(|reset| partition.is_none_or(|id| id == reset.partition)) {
             let Reset { number, unix_ns, partition, epoch, cause } = *reset;
             let time = utc(unix_ns);
-            let line = if self.json {
-                json!({ "number": number, "time": time, "partition": partition.text(), "epoch": epoch, "cause": cause })
-                    .to_string()
-            } else {
+            let text = || {
                 let cause = match cause {
                     0 => "unknown".to_string(),
                     1..=255 => format!("signal {cause}"),
@@ -156,34 +169,24 @@ impl Filter {
                 };
                 format!("{number:>6}  {time}  {partition:<12} restart {epoch}: {cause}")
             };
-            crate::print(&format!("{line}\n"));
+            let object = || json!({ "number": number, "time": time, "partition": partition.text(), "epoch": epoch, "cause": cause });
+            self.show(text, object);
         }
     }
 
-    fn print(&self, events: &[(Stamps, Event)]) {
-        let wanted = |event: &Event| {
-            event.known_severity() >= self.least && self.partition.is_none_or(|id| id.code() == event.partition)
-        };
+    fn print(&mut self, events: &[(Stamps, Event)]) {
+        let (least, partition) = (self.least, self.partition);
+        let wanted =
+            |event: &Event| event.known_severity() >= least && partition.is_none_or(|id| id.code() == event.partition);
         for (stamps, event) in events.iter().filter(|(_, event)| wanted(event)) {
-            let line = if self.json { object(stamps, event).to_string() } else { text(stamps, event) };
-            crate::print(&format!("{line}\n"));
+            self.show(|| text(stamps, event), || object(stamps, event));
         }
     }
 }
 
-/// `2026-11-27T01:09:51.250Z` (days to civil date: Hinnant, chrono-compatible low-level date
-/// algorithms).
+/// `2026-11-27T01:09:51.250Z`.
 fn utc(unix_ns: u64) -> String {
-    let (ms, day_s) = (unix_ns / 1_000_000 % 1000, unix_ns / 1_000_000_000 % 86_400);
-    let shifted = unix_ns / 86_400_000_000_000 + 719_468;
-    let (era, day) = (shifted / 146_097, shifted % 146_097);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let of_year = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let (date, month) = (of_year - (153 * month + 2) / 5 + 1, if month < 10 { month + 3 } else { month - 9 });
-    let year = era * 400 + year + u64::from(month <= 2);
-    let (hour, minute, second) = (day_s / 3600, day_s / 60 % 60, day_s % 60);
-    format!("{year:04}-{month:02}-{date:02}T{hour:02}:{minute:02}:{second:02}.{ms:03}Z")
+    jiff::Timestamp::from_nanosecond(unix_ns.into()).map_or_else(|_| format!("{unix_ns} ns"), |at| format!("{at:.3}"))
 }
 
 fn name_of(event: &Event) -> String {
@@ -206,22 +209,4 @@ fn object(stamps: &Stamps, event: &Event) -> Value {
         "event": event.known_code().map(telemetry::EventCode::text), "arguments": arguments,
         "squelched": event.squelched, "text": event.to_string(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::utc;
-
-    #[test]
-    fn a_time_is_a_date_over_leap_years_and_their_exceptions() {
-        for (unix_s, text) in [
-            (0, "1970-01-01T00:00:00.000Z"),
-            (951_782_400, "2000-02-29T00:00:00.000Z"),
-            (1_709_251_199, "2024-02-29T23:59:59.000Z"),
-            (4_107_542_400, "2100-03-01T00:00:00.000Z"),
-        ] {
-            assert_eq!(utc(unix_s * 1_000_000_000), text);
-        }
-        assert_eq!(utc(1_999_999_999), "1970-01-01T00:00:01.999Z");
-    }
 }

@@ -117,7 +117,8 @@ pub fn table(id: TableId) -> Value {
 #[must_use]
 pub fn event_list(as_json: bool) -> String {
     if as_json {
-        return format!("{}\n", Value::from(EventCode::ALL.iter().map(|code| event(*code)).collect::<Vec<_>>()));
+        let codes: Vec<Value> = EventCode::ALL.iter().map(|code| event(*code)).collect();
+        return format!("{}\n", json!({ "events": codes }));
     }
     let line = |code: &EventCode| {
         let arguments: Vec<&str> = code.arguments().iter().map(|info| info.name).collect();

@@ -122,7 +122,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let life = process::Life { epoch, cause: arguments.cause, parent: arguments.parent };
+    let life = runtime::life::Life { epoch, cause: arguments.cause, parent: arguments.parent };
     process::exit_code(*id, process::run(*id, *connect, folder, life))
 }
 

@@ -145,7 +145,8 @@ fn list(table: Option<&str>, json: bool) -> Result<(), Failure> {
     let asked = table.map(table_named).transpose()?;
     let tables = TableId::ALL.iter().filter(|table| asked.is_none_or(|one| one == **table));
     if json {
-        crate::print(&format!("{}\n", Value::from(tables.map(|table| crate::icd::table(*table)).collect::<Vec<_>>())));
+        let tables: Vec<Value> = tables.map(|table| crate::icd::table(*table)).collect();
+        crate::print(&format!("{}\n", json!({ "tables": tables })));
         return Ok(());
     }
     let mut text = String::new();
@@ -196,7 +197,8 @@ pub fn stored_tables(folder: &Path) -> Vec<StoredTable> {
 
 fn dump(reports: &[TableReport], as_file: bool, json: bool) -> Result<(), Failure> {
     if json {
-        crate::print(&format!("{}\n", Value::from(reports.iter().map(object).collect::<Vec<_>>())));
+        let tables: Vec<Value> = reports.iter().map(object).collect();
+        crate::print(&format!("{}\n", json!({ "tables": tables })));
         return Ok(());
     }
     for report in reports {

@@ -241,13 +241,16 @@ fn places_of(plan: &Plan) -> (String, Vec<usize>) {
 /// A line that is no whole row, and why.
 type Footer = Option<(u64, RecordingError)>;
 
-/// Gives every row to `push`, with its line; what stands behind the last is its footer.
+/// Takes a row and the line on which it stands; the cells are those of that line.
+type Push<'p> = dyn FnMut(&Cells<'_>, u64, &[f64]) -> Result<(), RecordingError> + 'p;
+
+/// Gives every row to `push`, with its line; lines behind the last are the footer.
 fn each_row(
     file: &str,
     lines: &mut Lines<impl BufRead>,
     first_line: u64,
     cells: &mut Cells<'_>,
-    push: &mut dyn FnMut(&Cells<'_>, u64, &[f64]) -> Result<(), RecordingError>,
+    push: &mut Push<'_>,
 ) -> Result<Footer, RecordingError> {
     let (mut row, mut rows) = (Vec::new(), 0);
     let mut footer: Footer = None;

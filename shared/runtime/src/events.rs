@@ -138,7 +138,7 @@ impl EventGate {
 }
 
 const STAMPS: usize = size_of::<Stamps>();
-const RECORD: usize = STAMPS + size_of::<Event>();
+const EVENT_BYTES: usize = STAMPS + size_of::<Event>();
 /// Records of a ring: two minutes of one code that is squelched at eight a second.
 pub const LOG_RECORDS: u64 = 1024;
 
@@ -163,18 +163,18 @@ impl EventLog {
     /// Writes over the oldest record. An event is not worth a failure: one that cannot be written
     /// is left out.
     pub fn write(&mut self, stamps: &Stamps, payload: &[u8]) {
-        let mut record = [0; RECORD];
+        let mut record = [0; EVENT_BYTES];
         record[..STAMPS].copy_from_slice(stamps.as_bytes());
-        if payload.len() == RECORD - STAMPS {
+        if payload.len() == EVENT_BYTES - STAMPS {
             record[STAMPS..].copy_from_slice(payload);
-            let _ = self.file.write_all_at(&record, self.next * RECORD as u64);
+            let _ = self.file.write_all_at(&record, self.next * EVENT_BYTES as u64);
             self.next = (self.next + 1) % LOG_RECORDS;
         }
     }
 }
 
 fn records(bytes: &[u8]) -> impl Iterator<Item = (u64, Stamps, Event)> {
-    bytes.chunks_exact(RECORD).enumerate().filter_map(|(slot, record)| {
+    bytes.chunks_exact(EVENT_BYTES).enumerate().filter_map(|(slot, record)| {
         let (stamps, payload) = record.split_at(STAMPS);
         let stamps = Stamps::read_from_bytes(stamps).ok().filter(|stamps| stamps.crc32 == telemetry::crc32(payload))?;
         let event = Event::read_from_bytes(payload).ok()?;
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn one_code_in_flood_takes_nothing_from_another_and_a_filter_is_per_code_and_severity() {
         let mut gate = EventGate::default();
-        (0..1000).for_each(|_| drop(gate.admit(EventCode::CycleSlip, Severity::Warning, 0)));
+        (0..1000).for_each(|_| _ = gate.admit(EventCode::CycleSlip, Severity::Warning, 0));
         assert!(gate.admit(EventCode::SamplesLost, Severity::Warning, 0).is_some());
         let mut values = gate.table(1.0).unwrap().as_slice().to_vec();
         values[2] = f64::from(Severity::Warning.code());
@@ -260,7 +260,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for cut in 0..=whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
-            assert_eq!(read_log(&path).len(), cut / RECORD, "cut at byte {cut}");
+            assert_eq!(read_log(&path).len(), cut / EVENT_BYTES, "cut at byte {cut}");
         }
         // A restarted partition numbers its events anew from its checkpoint.
         let mut log = EventLog::open(&path).unwrap();

@@ -50,6 +50,7 @@ pub mod ground;
 pub mod hardening;
 pub mod inbox;
 pub mod latency;
+pub mod life;
 pub mod link;
 pub mod lockstep;
 pub mod orders;

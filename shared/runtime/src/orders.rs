@@ -13,7 +13,7 @@ use zerocopy::{FromBytes, IntoBytes};
 /// Keys by which a repeated command is known.
 const KEYS: usize = 64;
 /// Commands that wait for their frame.
-const WAITING_MAX: usize = 64;
+const ORDERS_WAITING_MAX: usize = 64;
 const DELAY_MAX_FRAMES: u32 = 1_000_000;
 /// Of the topic's buffer, which a consumer two windows behind must find unbroken: two places are
 /// left for rounding.
@@ -85,7 +85,7 @@ impl Orders {
     /// Takes the memory that commands need.
     pub fn reserve(&mut self) {
         self.keys.reserve(KEYS + 1);
-        self.waiting.reserve(WAITING_MAX);
+        self.waiting.reserve(ORDERS_WAITING_MAX);
     }
 
     /// A stored sequence: waits from the beginning of the run. Its commands were checked where they
@@ -130,7 +130,7 @@ impl Orders {
         if let Err((refusal, fault)) = check_content(&command, run, obeys_mode) {
             return Answer::Refused(Some(command), refusal, fault);
         }
-        if self.waiting.len() >= WAITING_MAX {
+        if self.waiting.len() >= ORDERS_WAITING_MAX {
             return Answer::Refused(Some(command), Refusal::QueueFull, None);
         }
         self.note(&command);
@@ -155,7 +155,7 @@ impl Orders {
             return refuse(Refusal::DelayTooLong);
         }
         check_content(command, run, obeys_mode)?;
-        if self.waiting.len() >= WAITING_MAX { refuse(Refusal::QueueFull) } else { Ok(()) }
+        if self.waiting.len() >= ORDERS_WAITING_MAX { refuse(Refusal::QueueFull) } else { Ok(()) }
     }
 
     fn note(&mut self, command: &Telecommand) {

@@ -5,6 +5,7 @@ use crate::events::EventLog;
 use crate::ground::GroundPort;
 use crate::hardening::Hardening;
 use crate::inbox::Counters;
+use crate::life::Life;
 use crate::link::{Link, LinkError};
 use crate::pacing::GIVEN_UP;
 use crate::partition::{Connect, ConnectError};
@@ -37,17 +38,6 @@ const FEED_LOOK: Duration = Duration::from_millis(5);
 /// A wait of 0 would not let others run.
 const TIMER_MIN_NS: u64 = 10_000;
 const HOUSEKEEPING_EVERY: Duration = Duration::from_secs(1);
-
-/// Which life of a partition a process is, and what ended the one before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Life {
-    /// How often it was started before.
-    pub epoch: u32,
-    /// 0 none, 1 to 255 signal, 256 + exit code.
-    pub cause: u32,
-    /// Process id of the warden, whose death is this partition's.
-    pub parent: Option<u32>,
-}
 
 /// Why a partition's process ends before its run.
 #[derive(Debug, thiserror::Error)]

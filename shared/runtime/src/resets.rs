@@ -3,7 +3,7 @@
 //! Record = CRC-32 over the rest, partition, number, time, epoch, cause. A record that does not
 //! check is left out; the others stay readable.
 
-use crate::process::Life;
+use crate::life::Life;
 use crate::sys;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
@@ -12,7 +12,7 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use telemetry::PartitionId;
 
-const RECORD: usize = 32;
+const RESET_BYTES: usize = 32;
 /// A restart a minute for almost three days; 128 kB.
 pub const RECORDS: u64 = 4096;
 const NAME: &str = "resets";
@@ -33,8 +33,8 @@ pub struct Reset {
 }
 
 impl Reset {
-    fn encode(&self) -> [u8; RECORD] {
-        let mut record = [0; RECORD];
+    fn encode(&self) -> [u8; RESET_BYTES] {
+        let mut record = [0; RESET_BYTES];
         record[4..6].copy_from_slice(&self.partition.code().to_le_bytes());
         record[8..16].copy_from_slice(&self.number.to_le_bytes());
         record[16..24].copy_from_slice(&self.unix_ns.to_le_bytes());
@@ -71,11 +71,11 @@ pub fn append(path: &Path, partition: PartitionId, life: Life) -> io::Result<()>
     flock(&file, FlockOperation::LockExclusive)?;
     let number = whole(&std::fs::read(path)?).map(|reset| reset.number).max().unwrap_or(0) + 1;
     let reset = Reset { number, unix_ns: sys::unix_ns(), partition, epoch: life.epoch, cause: life.cause };
-    file.write_all_at(&reset.encode(), (number - 1) % RECORDS * RECORD as u64)
+    file.write_all_at(&reset.encode(), (number - 1) % RECORDS * RESET_BYTES as u64)
 }
 
 fn whole(bytes: &[u8]) -> impl Iterator<Item = Reset> {
-    bytes.chunks_exact(RECORD).filter_map(Reset::decode)
+    bytes.chunks_exact(RESET_BYTES).filter_map(Reset::decode)
 }
 
 /// The whole records of a log, the oldest first; none of a file that is not there.
@@ -99,12 +99,13 @@ mod tests {
     fn a_log_cut_or_damaged_at_any_byte_gives_every_record_that_is_whole() {
         let bytes: Vec<u8> = (1..=3).flat_map(|number| reset(number).encode()).collect();
         for cut in 0..=bytes.len() {
-            assert_eq!(whole(&bytes[..cut]).count(), cut / RECORD, "cut at byte {cut}");
+            assert_eq!(whole(&bytes[..cut]).count(), cut / RESET_BYTES, "cut at byte {cut}");
             if cut < bytes.len() {
                 let mut wrong = bytes.clone();
                 wrong[cut] ^= 0x10;
                 let left: Vec<Reset> = whole(&wrong).collect();
-                let expected: Vec<Reset> = (1..=3).filter(|k| *k as usize != cut / RECORD + 1).map(reset).collect();
+                let expected: Vec<Reset> =
+                    (1..=3).filter(|k| *k as usize != cut / RESET_BYTES + 1).map(reset).collect();
                 assert_eq!(left, expected, "byte {cut} is wrong");
             }
         }
@@ -120,7 +121,7 @@ mod tests {
         let all = read(&path);
         let size = std::fs::metadata(&path).unwrap().len();
         std::fs::remove_file(&path).unwrap();
-        assert_eq!((all.len() as u64, size), (RECORDS, RECORDS * RECORD as u64));
+        assert_eq!((all.len() as u64, size), (RECORDS, RECORDS * RESET_BYTES as u64));
         assert_eq!((all[0].number, all.last().unwrap().number), (3, RECORDS + 2), "the oldest went");
         let newest = all.last().unwrap();
         assert_eq!((newest.partition, newest.epoch, newest.cause), (PartitionId::ModalId, 3, 11));

@@ -4,8 +4,8 @@
 use crate::hardening::Hardening;
 use crate::inbox::Counters;
 use crate::latency::FrameTimes;
+use crate::life::Life;
 use crate::link::Link;
-use crate::process::Life;
 use crate::runner::Runner;
 use crate::sys;
 use crate::usage::Usage;

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use telemetry::{PartitionId, TableId, TableValues};
 
-const MAGIC: &[u8; 8] = b"obsidtb1";
+const SLOT_MAGIC: &[u8; 8] = b"obsidtb1";
 /// Magic, layout, generation, four numbers of 16 bits.
 const HEAD: usize = 8 + 4 + 8 + 4 * 2;
 const CRC: usize = 4;
@@ -119,7 +119,7 @@ fn serve(slots: [&[u8]; 2], partition: PartitionId, table: TableId) -> Served {
 }
 
 fn encode(table: &StoredTable, generation: u64) -> Vec<u8> {
-    let mut bytes = MAGIC.to_vec();
+    let mut bytes = SLOT_MAGIC.to_vec();
     bytes.extend(telemetry::generation().to_le_bytes());
     bytes.extend(generation.to_le_bytes());
     for number in [table.partition.code(), table.table.code(), table.version, table.values.len() as u16] {
@@ -136,7 +136,7 @@ fn decode(bytes: &[u8], partition: PartitionId, table: TableId) -> Option<(u64, 
     let (head, values) = body.split_at_checked(HEAD)?;
     let number = |at: usize| Some(u16::from_le_bytes(*head.get(at..)?.first_chunk()?));
     let is_whole = telemetry::crc32(body).to_le_bytes() == crc
-        && head.starts_with(MAGIC)
+        && head.starts_with(SLOT_MAGIC)
         && head[8..12] == telemetry::generation().to_le_bytes()
         && [number(20)?, number(22)?] == [partition.code(), table.code()]
         && values.len() == 8 * usize::from(number(26)?);

@@ -16,7 +16,7 @@ pub use report::Report;
 
 use crate::config::{Limits, RunConfig};
 use crate::deaths::{Alertness, DeathLog};
-use crate::process::Life;
+use crate::life::Life;
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
 use crate::sys::{Precedence, monotonic_ns};

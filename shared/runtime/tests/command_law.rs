@@ -165,9 +165,10 @@ impl World {
 
     /// One frame at most of every partition; whether the run is over.
     fn turn(&mut self) -> bool {
-        let ended =
-            |runner: &mut Option<Runner<LockstepLink>>| runner.as_mut().unwrap().turn(1).unwrap() == Turn::Finished;
-        let ended = self.runners.iter_mut().fold(true, |all, runner| ended(runner) && all);
+        let mut ended = true;
+        for runner in &mut self.runners {
+            ended &= runner.as_mut().unwrap().turn(1).unwrap() == Turn::Finished;
+        }
         self.observe();
         ended
     }
@@ -304,17 +305,17 @@ fn whoever_dies_whenever_a_command_is_carried_out_once_in_its_frame() {
     };
     let undisturbed = run(None);
     assert_eq!(undisturbed.commands.len(), 3);
-    for member in 0..MEMBERS.len() {
+    for (member, name) in MEMBERS.iter().enumerate() {
         for turn in (5..60).step_by(2) {
             let world = run(Some((member, turn)));
             let keys: Vec<u64> = world.commands.iter().map(|command| command.key).collect();
-            assert_eq!(keys, [1, 2, 3], "{} dies in turn {turn}", MEMBERS[member]);
+            assert_eq!(keys, [1, 2, 3], "{name} dies in turn {turn}");
             let activated = world.commands[1].effective_frame;
             // limit 1 before the activation, 2.5 from its frame on; once safe
             let sum = |frames: std::ops::Range<u64>| frames.map(|frame| (frame + 1) as f64).sum::<f64>();
             let expected = sum(0..activated) + 2.5 * sum(activated..FRAMES);
             let end = world.ends().into_iter().find(|end| end.0 == Supervisor.code()).unwrap();
-            assert_eq!((end.1, end.2), (expected, 1.0), "{} dies in turn {turn}", MEMBERS[member]);
+            assert_eq!((end.1, end.2), (expected, 1.0), "{name} dies in turn {turn}");
         }
     }
 }

@@ -29,6 +29,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod codes;
 mod commands;
 mod diagnosis;
 mod events;
@@ -42,6 +43,7 @@ mod seal;
 mod tables;
 mod topics;
 
+pub use codes::CODE_LISTS;
 pub use commands::*;
 pub use diagnosis::*;
 pub use events::*;
@@ -50,9 +52,9 @@ pub use icd::FieldInfo;
 pub use joint::*;
 pub use layout::{Layout, Record, layout_hash};
 pub use names::{
-    CODE_LISTS, CodeList, DiagnosisVerdict, Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement,
-    InertialStatus, JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId, Phase, Reason,
-    SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text,
+    CodeList, DiagnosisVerdict, Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement, InertialStatus,
+    JointVerdict, ModalStatus, ModeState, Parameter, ParameterBlock, PartitionId, Phase, Reason, SloshStatus,
+    TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REJECTED, parameters, status_text,
     target_status_text,
 };
 pub use records::*;

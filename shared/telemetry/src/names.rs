@@ -286,72 +286,6 @@ impl Reason {
     }
 }
 
-/// Every list of codes, as the interface control document shows them.
-pub const CODE_LISTS: [CodeList; 20] = [
-    PartitionId::LIST,
-    ModeState::LIST,
-    Experiment::LIST,
-    Domain::LIST,
-    Phase::LIST,
-    Identifiability::LIST,
-    InertialStatus::LIST,
-    SloshStatus::LIST,
-    ModalStatus::LIST,
-    Reason::LIST,
-    InertiaAgreement::LIST,
-    DoubtBasis::LIST,
-    crate::EventCode::LIST,
-    ParameterBlock::LIST,
-    JointVerdict::LIST,
-    DiagnosisVerdict::LIST,
-    crate::Severity::LIST,
-    crate::Opcode::LIST,
-    crate::Refusal::LIST,
-    crate::TableId::LIST,
-];
-
-/// Continues a hash over every list of codes and the names of all parameters.
-pub(crate) const fn hash_of_codes(mut hash: u32) -> u32 {
-    let mut list = 0;
-    while list < CODE_LISTS.len() {
-        hash = crate::layout_hash(hash, CODE_LISTS[list].name.as_bytes());
-        let mut at = 0;
-        while at < CODE_LISTS[list].codes.len() {
-            let (code, text) = CODE_LISTS[list].codes[at];
-            hash = crate::layout_hash(crate::layout_hash(hash, &code.to_le_bytes()), text.as_bytes());
-            at += 1;
-        }
-        list += 1;
-    }
-    let lists: [&[Parameter]; 3] = [&INERTIAL, &SLOSH, &MODAL];
-    let mut list = 0;
-    while list < lists.len() {
-        let mut i = 0;
-        while i < lists[list].len() {
-            hash = crate::layout_hash(hash, lists[list][i].name.as_bytes());
-            hash = crate::layout_hash(hash, lists[list][i].unit.as_bytes());
-            i += 1;
-        }
-        list += 1;
-    }
-    hash_of_tables(hash)
-}
-
-/// Values of a table travel without their names.
-const fn hash_of_tables(mut hash: u32) -> u32 {
-    let mut table = 0;
-    while table < crate::TableId::ALL.len() {
-        let fields = crate::TableId::ALL[table].fields();
-        let mut at = 0;
-        while at < fields.len() {
-            hash = crate::layout_hash(hash, fields[at].name.as_bytes());
-            at += 1;
-        }
-        table += 1;
-    }
-    hash
-}
-
 /// `TargetEstimate::status`: the target's statement arrived with a wrong CRC and was not used.
 pub const TARGET_CRC_WRONG: u16 = 1;
 /// `TargetEstimate::status`: the statement was rejected. It contradicts the identified parameters
@@ -406,7 +340,7 @@ const fn p(name: &'static str, unit: &'static str, what: &'static str) -> Parame
     Parameter { name, unit, what }
 }
 
-const INERTIAL: [Parameter; 9] = [
+pub(crate) const INERTIAL: [Parameter; 9] = [
     p("a1", "kg m^2", "augmented inertia of the base: factor of w0 in the angular momentum"),
     p("a2", "kg m^2", "augmented inertia of link 1: factor of w0 + d1"),
     p("a3", "kg m^2", "augmented inertia of link 2 and what it holds: factor of w0 + d1 + d2"),
@@ -421,7 +355,7 @@ const INERTIAL: [Parameter; 9] = [
         "coupling of links 1 and 2: factor of (2 w0 + 2 d1 + d2) sin th2; 0 while nothing is held off axis",
     ),
 ];
-const SLOSH: [Parameter; 3] = [
+pub(crate) const SLOSH: [Parameter; 3] = [
     p("m_s", "kg", "slosh mass"),
     p("k_s", "N/m", "stiffness between slosh mass and hub"),
     p("c_s", "N s/m", "damping between slosh mass and hub"),
@@ -430,7 +364,7 @@ const SLOSH: [Parameter; 3] = [
 const fn mode(frequency: &'static str, damping: &'static str) -> [Parameter; 2] {
     [p(frequency, "Hz", "natural frequency"), p(damping, "-", "damping ratio")]
 }
-const MODAL: [Parameter; 12] = {
+pub(crate) const MODAL: [Parameter; 12] = {
     let [[f1, zeta1], [f2, zeta2], [f3, zeta3]] = [mode("f1", "zeta1"), mode("f2", "zeta2"), mode("f3", "zeta3")];
     let [[f4, zeta4], [f5, zeta5], [f6, zeta6]] = [mode("f4", "zeta4"), mode("f5", "zeta5"), mode("f6", "zeta6")];
     [f1, zeta1, f2, zeta2, f3, zeta3, f4, zeta4, f5, zeta5, f6, zeta6]

@@ -253,7 +253,7 @@ pub const fn generation() -> u32 {
         hash = crate::layout_hash(hash, &[info.per_frame as u8, info.delivery as u8]);
         topic += 1;
     }
-    crate::names::hash_of_codes(hash)
+    crate::codes::hash_of_codes(hash)
 }
 
 #[cfg(test)]

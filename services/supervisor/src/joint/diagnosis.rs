@@ -37,7 +37,7 @@ impl JointSupervisor {
         generation.saturating_sub(self.state.diagnosed.first)
     }
 
-    /// `verdict`, where it may stand behind an answer. An arc that told what is missing is fitted
+    /// `verdict`, where it may stand behind an answer. An arc that named what is missing is fitted
     /// with it: it is held out no more, and a model that leaves it out has not explained it.
     pub(super) fn standing(
         &self,
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_out_arc_that_told_what_is_missing_confirms_nothing() {
+    fn a_held_out_arc_that_named_what_is_missing_confirms_nothing() {
         let mut supervisor = supervisor();
         let heard = messages(&supervisor, &[0, 1, 2]);
         let accepted = (JointVerdict::Accepted, None);

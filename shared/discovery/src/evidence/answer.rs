@@ -166,7 +166,7 @@ impl Shown<'_> {
         self.compared.as_ref().is_some_and(|compared| !compared.is_worth_adding(self.worth))
     }
 
-    /// Names are told, be it beside a law that is larger.
+    /// Names are reported, be it beside a law that is larger.
     fn has_effects(&self) -> bool {
         let named = [Verdict::Named, Verdict::Sensor, Verdict::NotSeparable];
         named.contains(&self.verdict()) || self.is_smaller() && named.contains(&self.decision.verdict)

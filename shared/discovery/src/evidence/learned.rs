@@ -30,9 +30,9 @@ pub(super) struct At<'a> {
 
 /// Steps to θ*, how often one is shortened, and the gain in nats that is not worth one: a tenth of
 /// the nat that two models may differ by.
-const STEPS_MAX: usize = 5;
-const SHORTENINGS_MAX: usize = 3;
-const STEP_GAIN_MIN: f64 = 0.1;
+const HELD_OUT_STEPS_MAX: usize = 5;
+const HELD_OUT_SHORTENINGS_MAX: usize = 3;
+const HELD_OUT_STEP_GAIN_MIN: f64 = 0.1;
 
 /// `ln p(D₂|D₁) − ln p(D₂|θ̂₁)`; `None` where `other` cannot be linearised.
 ///
@@ -63,7 +63,7 @@ pub(super) fn learned(
     let log_det = |factor: &Cholesky<f64, nalgebra::Dyn>| factor.l_dirty().diagonal().map(libm::log).sum();
     let prior = log_det(&Cholesky::new(precision.clone())?);
     let mut width = 0.0;
-    for _ in 0..STEPS_MAX {
+    for _ in 0..HELD_OUT_STEPS_MAX {
         let (value, theta, linearised) = &mut best;
         linearised.take_jacobian(&session, &problem.plant, theta);
         let linear = Linearly { session: &session, linearised, theta, extra: &[], room: &[] };
@@ -76,8 +76,8 @@ pub(super) fn learned(
             let all = unknowns.iter().zip(&*theta).zip(step.iter());
             there(all.map(|((u, at), step)| (at + share * step * u.sigma).clamp(u.low, u.high)).collect())
         };
-        let least = *value + STEP_GAIN_MIN;
-        let tried = (0..SHORTENINGS_MAX).filter_map(|k| moved(libm::pow(0.3, k as f64)));
+        let least = *value + HELD_OUT_STEP_GAIN_MIN;
+        let tried = (0..HELD_OUT_SHORTENINGS_MAX).filter_map(|k| moved(libm::pow(0.3, k as f64)));
         let Some(next) = tried.into_iter().find(|next| next.0 > least) else { break };
         best = next;
     }

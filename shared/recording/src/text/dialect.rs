@@ -97,7 +97,7 @@ fn truth(cell: &str) -> Option<f64> {
 }
 
 /// A number whose thousands are divided by `group` or an apostrophe, with a decimal point. One
-/// `group` without a point may be a decimal sign: that is none.
+/// `group` without a point may be a decimal sign: that gives no number.
 fn without_thousands(unsigned: &str, point: char, group: char) -> Option<String> {
     let (whole, part) = unsigned.split_once(point).unwrap_or((unsigned, ""));
     let divides = |c: char| c == group || matches!(c, '\'' | '’' | '\u{a0}' | '\u{202f}');

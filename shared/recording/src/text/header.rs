@@ -1,4 +1,4 @@
-//! What stands above the rows of a text file: names, descriptions, units, remarks.
+//! The lines above the rows of a text file: names, descriptions, units, remarks.
 //!
 //! The line of the names is the nearest that names a clock, else the nearest at all. A line of
 //! units stands below the names, or anywhere behind a word for units. Either may be divided
@@ -9,7 +9,7 @@ use crate::intake::clock::rank;
 use crate::intake::names::heading;
 use crate::units::unit_named;
 
-/// What stands above the first row.
+/// The lines above the first row.
 pub(super) struct Above {
     /// Line and cells of the names.
     pub names: Option<(u64, Vec<String>)>,

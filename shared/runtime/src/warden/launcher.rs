@@ -1,6 +1,6 @@
 //! How the process of a partition is started.
 
-use crate::process::Life;
+use crate::life::Life;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};

@@ -40,7 +40,7 @@ pub(super) struct Ward {
     pub state: State,
     pub deaths: Vec<DeathMark>,
     pub epoch: u32,
-    /// Of the last death, as in [`crate::process::Life`].
+    /// Of the last death, as in [`crate::life::Life`].
     pub cause: u32,
     /// Killed for a hang: since its last sign of life \[ms\].
     pub hung_ms: Option<f64>,
