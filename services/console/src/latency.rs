@@ -32,7 +32,7 @@ const MARKERS: u64 = 200_000;
 
 Links alternate in short bursts with the floors they are compared with, so that whatever else the computer does meets
 both: judge the ratios. `poll` is compared with a cache line, `waitset` (asleep until woken) with a futex. Samples are those that the
-partitions exchange: 72 B (event) and 6440 B (accelerometers).")]
+partitions exchange: 80 B (event) and 6440 B (accelerometers).")]
 pub struct Arguments {
     /// Of each of the two parts
     #[arg(long, value_name = "N", default_value_t = 10.0)]
