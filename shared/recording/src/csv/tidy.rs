@@ -1,8 +1,8 @@
 //! Text tables with one sample a row: time, the name of the channel, its value.
 //!
 //! A column of texts names the channels of its rows where its header says so (`channel`, `signal`)
-//! and one column holds values, or where rows of one time differ in it: most times stand in several
-//! rows, no time twice under one name. With several columns of numbers the channels are called
+//! and the only column of numbers is called `value`, or where rows of one time differ in it: most
+//! times stand in several rows, no time twice under one name. With several columns of numbers the channels are called
 //! `name.column`.
 
 use super::{each_row, notes_of, places_of, seen};
@@ -55,7 +55,8 @@ impl Tidy {
         let units = texts().find(|(_, column)| of_units(column)).map(|(at, _)| at);
         let mut others = texts().filter(|(at, _)| Some(*at) != units);
         let names = others.find(|(at, column)| {
-            (plan.columns.len() == 1 && is_of_channels(column)) || divides_times(&layout, &plan.clock, *at)
+            let of_values = matches!(&plan.columns[..], [only] if is_of_values(&columns[only.at]));
+            (of_values && is_of_channels(column)) || divides_times(&layout, &plan.clock, *at)
         });
         let Some((names, _)) = names else { return Ok(None) };
         plan.notes.retain(|note| !note.starts_with("left out") && !note.starts_with("unit not stated"));
@@ -109,6 +110,11 @@ fn is_of_channels(column: &Seen) -> bool {
             | "messgröße"
             | "größe"
     )
+}
+
+/// Whether the header of a column says no more than that it holds values.
+fn is_of_values(column: &Seen) -> bool {
+    matches!(word(column).as_str(), "value" | "values" | "val" | "reading" | "data" | "wert" | "valeur" | "valor")
 }
 
 /// The last word of a header in small letters: `channel_name` and `Signal name` are of a name.

@@ -97,6 +97,10 @@ fn rows_of_one_sample_are_read_by_the_column_that_names_their_channel() {
 fn a_column_of_states_names_no_channels() {
     let text = rows(|k, t, w, u| format!("{t:.2},{},{w:.4},{u:.1}", if k < 20 { "IDLE" } else { "RUN" }));
     holds("states", &format!("time [s],mode,rate [rad/s],torque [N*m]\n{text}"), RATE, TORQUE);
+    // the name of a column that has one of its own stays
+    let text = rows(|_, t, w, _| format!("{t:.2},gyro 2,{w:.4}"));
+    let set = read("one sensor", &format!("time [s],sensor,rate [rad/s]\n{text}"), &Intake::default()).unwrap();
+    assert_eq!(set.recording.channels[0].name, "rate");
 }
 
 #[test]
