@@ -74,6 +74,7 @@ mod scratch;
 mod simulate;
 mod table;
 mod tables;
+mod toml_file;
 mod top;
 mod trace_file;
 mod truth;

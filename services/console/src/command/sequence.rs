@@ -3,8 +3,8 @@
 
 use super::{Sending, addressee, of_table};
 use crate::attach::{self, Progress};
-use crate::plants::utf8_text;
-use crate::{Failure, located::Located, tables};
+use crate::toml_file::TomlFile;
+use crate::{Failure, tables};
 use runtime::orders::{StoredCommand, check_content, datagram};
 use runtime::table_store::{self, StoredTable};
 use serde::Deserialize;
@@ -70,21 +70,11 @@ fn of_recording(file: &Path) -> Result<(Vec<StoredCommand>, Vec<StoredTable>), F
 
 /// Relative frame and command, in the order of the file.
 fn commands(file: &Path, partitions: &[PartitionId]) -> Result<Vec<(u32, Telecommand)>, Failure> {
-    let unreadable = |(message, cure): (String, Option<String>)| {
-        Failure::Input(miette::miette!(help = cure.unwrap_or_else(|| CURE.into()), "{message}"))
-    };
-    let text = utf8_text(file).map_err(unreadable)?;
-    let name = file.display().to_string();
-    let at = |span: std::ops::Range<usize>, message: String| {
-        Failure::input(Located::new(&name, &text, span, message, CURE.into()))
-    };
-    let parsed: File =
-        toml::from_str(&text).map_err(|error| at(error.span().unwrap_or(0..0), error.message().to_string()))?;
-    if parsed.format != 1 {
-        return Err(at(0..0, format!("format = {}: this build reads format 1", parsed.format)));
-    }
+    let source = TomlFile::read(file, CURE)?;
+    let parsed: File = source.parsed(|parsed: &File| parsed.format)?;
+    let at = |span, message| source.at(span, message);
     // A sequence of the same text has the same keys: sent twice, it is executed once.
-    let first_key = u64::from(telemetry::crc32(text.as_bytes())) * KEYS_OF_FILE + 1;
+    let first_key = u64::from(telemetry::crc32(source.text.as_bytes())) * KEYS_OF_FILE + 1;
     let folder = file.parent().unwrap_or(Path::new("."));
     let mut all = Vec::new();
     for (row, index) in parsed.commands.iter().zip(0_u32..) {

@@ -1,7 +1,7 @@
 //! Table files: values by name, checked against their ranges, each error at its line.
 
-use crate::plants::utf8_text;
-use crate::{Failure, located::Located};
+use crate::Failure;
+use crate::toml_file::TomlFile;
 use runtime::runner::TableReport;
 use runtime::table_store::StoredTable;
 use serde::Deserialize;
@@ -44,19 +44,9 @@ pub struct TableFile {
 /// # Errors
 /// [`Failure::Input`] with file, line, field, value and range.
 pub fn read(file: &Path, in_force: Option<&[TableReport]>) -> Result<TableFile, Failure> {
-    let unreadable = |(message, cure): (String, Option<String>)| {
-        Failure::Input(miette::miette!(help = cure.unwrap_or_else(|| CURE.into()), "{message}"))
-    };
-    let text = utf8_text(file).map_err(unreadable)?;
-    let name = file.display().to_string();
-    let at = |span: std::ops::Range<usize>, message: String| {
-        Failure::input(Located::new(&name, &text, span, message, CURE.into()))
-    };
-    let parsed: File =
-        toml::from_str(&text).map_err(|error| at(error.span().unwrap_or(0..0), error.message().to_string()))?;
-    if parsed.format != 1 {
-        return Err(at(0..0, format!("format = {}: this build reads format 1", parsed.format)));
-    }
+    let source = TomlFile::read(file, CURE)?;
+    let parsed: File = source.parsed(|parsed: &File| parsed.format)?;
+    let at = |span, message| source.at(span, message);
     let (partition, table) = (*parsed.partition.get_ref(), *parsed.table.get_ref());
     if !table.is_of(partition) {
         return Err(at(parsed.table.span(), format!("{partition} has no table '{table}'")));
