@@ -4,6 +4,7 @@
 use crate::{Place, object, scenario, workspace};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
@@ -46,6 +47,17 @@ fn every_partition_of_the_table_has_a_unit_an_image_and_a_place_in_the_package()
         assert!(manifest.contains(&format!("[\"target/release/{binary}\", \"usr/bin/\", \"755\"]")), "{binary}");
     }
     assert_eq!(images.matches("\nFROM ").count(), images.matches("\nFROM scratch AS ").count());
+}
+
+#[test]
+fn what_the_keeper_keeps_beyond_the_run_every_partition_may_write_and_no_more_of_that_folder() {
+    let keeper = text("systemd/obsid-keeper.service");
+    let kept = value(&keeper, "ExecStart").split_once(" --keep ").and_then(|(_, rest)| rest.split(' ').next()).unwrap();
+    let state = value(&keeper, "StateDirectory").split(' ').any(|folder| format!("/var/lib/{folder}") == kept);
+    assert!(state, "systemd makes {kept}: {keeper}");
+    let hardening = text("systemd/obsid-.service.d/hardening.conf");
+    let writable: Vec<&str> = value(&hardening, "ReadWritePaths").split(' ').collect();
+    assert_eq!(writable, ["/run/obsid", "/dev/shm", &format!("-{kept}")]);
 }
 
 /// A root folder with the units and programs of their names.
@@ -101,12 +113,13 @@ impl Manager {
         // The folder's name is the prefix of the run's files in /dev/shm: one a test.
         let name = place.0.file_name().unwrap().to_string_lossy().replace("deployed", "obsid-units");
         let folder = place.file(&name);
-        let (record, scenario) = (place.file("flight.mcap"), scenario("short.toml"));
+        let (record, scenario, keep) = (place.file("flight.mcap"), scenario("short.toml"), place.file("keep"));
+        std::fs::create_dir(&keep).unwrap();
         let command = |name: &str| {
             let line = text(&format!("systemd/obsid-{name}.service"));
             let line = value(&line, "ExecStart").replace(" --speed 1", "");
             let line = line.replace("/run/obsid/obsid-flight", &folder).replace("/var/lib/obsid/flight.mcap", &record);
-            let line = line.replace("/etc/obsid/scenario.toml", &scenario);
+            let line = line.replace("/var/lib/obsid/keep", &keep).replace("/etc/obsid/scenario.toml", &scenario);
             let mut words: Vec<String> = line.split(' ').map(String::from).collect();
             let program = words.remove(0);
             if let Some(partition) = program.strip_prefix("/usr/bin/obsid-") {
@@ -204,6 +217,13 @@ fn what_the_units_start_gives_the_same_results_in_any_order_of_start() {
 #[test]
 fn a_partition_that_the_manager_starts_again_takes_up_its_work() {
     let order = ["supervisor", "sensor-sim", "slosh-id", "inertial-id", "modal-id", "recorder"].map(String::from);
-    let (digest, restarts) = Manager::new().fly(&order, Some("slosh-id"));
+    let manager = Manager::new();
+    let (digest, restarts) = manager.fly(&order, Some("slosh-id"));
     assert_eq!((digest, restarts), (lockstep(), BTreeMap::from([("slosh-id".to_string(), 1)])));
+    // What is kept beyond the run knows of it.
+    let output =
+        manager.place.command(&["events", "--resets", &manager.place.file("keep"), "--json"]).output().unwrap();
+    let resets = object(&output, 0)["resets"].clone();
+    let of_slosh = |reset: &&Value| reset["partition"] == "slosh-id" && reset["epoch"] == 1;
+    assert_eq!(resets.as_array().unwrap().iter().filter(of_slosh).count(), 1, "{resets}");
 }

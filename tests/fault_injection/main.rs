@@ -18,6 +18,8 @@ mod limits;
 mod orderly_end;
 mod orders;
 mod process;
+mod recordings;
+mod rules;
 mod sabotage;
 mod scarcity;
 mod warden;

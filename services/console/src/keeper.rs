@@ -46,6 +46,8 @@ fn keep(folder: &Path, record: &Path, arguments: &Kept) -> Result<(), Failure> {
     run.record_all = true;
     run.speed = arguments.speed;
     run::order(&mut run, arguments.commands.as_deref(), arguments.keep.as_deref())?;
+    let record = run.record.clone();
+    run::make_room(&mut run, &record);
     preflight::check(folder.parent().unwrap_or(Path::new("/")))?;
     let owned = OwnedRunDir::create_at(folder, &run).map_err(io)?;
     if let Some(manager) = Notifier::of_environment() {

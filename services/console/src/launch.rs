@@ -110,6 +110,7 @@ fn show(report: &Report, progress: &Progress) {
         Report::Stall { waits, since_s } => {
             progress.note(&format!("no frame for {since_s:.1} s: {waits}; the services are made anew"))
         }
+        Report::Window { partition, window } => progress.note(&format!("{partition}: CPU window: {window}")),
         Report::GivenUp { partition } => progress.note(&format!("{partition} was given up")),
     }
 }

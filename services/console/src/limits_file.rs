@@ -28,8 +28,10 @@ pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, F
             limits.format
         )));
     }
-    if let Some(wrong) = limits.rules.iter().find_map(|rule| rule.check().err()) {
-        return Err(Failure::Input(miette::miette!(help = "see deploy/partitions.toml for a rule", "{file}: {wrong}")));
+    let wrong = limits.rules.iter().find_map(|rule| rule.check().err()).or(limits.recording.check().err());
+    if let Some(wrong) = wrong {
+        let cure = "see deploy/partitions.toml for a rule and for [recording]";
+        return Err(Failure::Input(miette::miette!(help = cure, "{file}: {wrong}")));
     }
     match limits.missing(partitions) {
         Some(id) => {

@@ -231,7 +231,7 @@ impl Outcome {
             "cpu_percent": wire(row.cpu_percent), "duplicates": row.duplicates, "bad": row.bad,
             "frames": row.frames, "frame_us_max": wire(row.frame_us_max), "cpu_s": wire(row.cpu_s),
             "allocations_after_start": wire(row.allocations_after_start as f64),
-            "hardening": hardening,
+            "hardening": hardening, "cpu_window": Some(&row.cpu_window).filter(|window| !window.is_empty()),
         })
     }
 }

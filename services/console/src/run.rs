@@ -10,6 +10,7 @@ use plant_file::scenario::{Opened, Scenario};
 use runtime::RunConfig;
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
 use runtime::feed::FeedCounts;
+use runtime::recordings::{self, RemovedRecordings};
 use std::path::{Path, PathBuf};
 use telemetry::PartitionId;
 
@@ -21,6 +22,7 @@ use telemetry::PartitionId;
   obsid run --trace flight.json                and what every process did when, for ui.perfetto.dev
   obsid run --link lockstep --seed 7 --json    in one thread, another seed, result as JSON
   obsid run --speed 1                          in real time
+  obsid run --speed 1 --windows --json         each partition held to its CPU window (partitions[].cpu_window)
   obsid run --commands campaign.toml           with a stored sequence of commands
   obsid run --keep /var/lib/obsid              with the parameter tables that were activated last
   obsid run deploy/scenarios/study-case.toml   one craft, identified by all partitions together")]
@@ -32,6 +34,10 @@ pub struct Arguments {
     /// Simulated over real time at most; without it as fast as the slowest partition
     #[arg(long, value_name = "N", value_parser = positive)]
     speed: Option<f64>,
+    /// Give each partition the CPU window of the table of limits (runtime_us in every period_ms):
+    /// SCHED_DEADLINE, or what the system allows of it, which is said
+    #[arg(long, requires = "speed")]
+    windows: bool,
     /// Seed of every noise stream, and of a craft's numbers; without it the scenario's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -114,6 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut run = config(opened, &arguments.common, None)?;
     run.config.seed = arguments.seed.unwrap_or(run.scenario.seed);
     run.config.speed = arguments.speed;
+    run.config.windows = arguments.windows;
     order(&mut run.config, arguments.commands.as_deref(), arguments.keep.as_deref())?;
     carry_out(run, &arguments.common)
 }
@@ -174,6 +181,9 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     // Before there is anything that a signal could leave behind.
     let signals = launch::take_signals().map_err(|error| Failure::Run(format!("signals: {error}")))?;
     let scratch = Scratch::new()?;
+    if let Some(record) = &common.record {
+        make_room(&mut run.config, record);
+    }
     let results = ResultsFile::new(common.record.as_deref(), &scratch)?;
     run.config.record = results.path().to_path_buf();
     if common.record.is_some() {
@@ -203,6 +213,15 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
         Some(reason) => Err(Failure::Run(reason)),
         None if losses.is_empty() => Ok(()),
         None => Err(Failure::Degraded(losses.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))),
+    }
+}
+
+/// Puts an earlier recording aside and removes the oldest, where the limits keep any.
+pub fn make_room(config: &mut RunConfig, record: &Path) {
+    let Some(older) = &config.limits.recording.older else { return };
+    match recordings::make_room(record, older, runtime::sys::unix_ns() / 1_000_000_000) {
+        Ok(removed) => config.removed = removed,
+        Err(error) => crate::tell(&format!("{}: older recordings cannot be kept: {error}", record.display())),
     }
 }
 
@@ -262,11 +281,13 @@ pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> 
         record_all: common.record.is_some(),
         trace: None,
         results: None,
+        windows: false,
         speed: None,
         partitions,
         limits,
         tables: Vec::new(),
         keep: None,
+        removed: RemovedRecordings::default(),
         commands: Vec::new(),
         sabotage: common.sabotage.unwrap_or_default(),
         faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt, &common.flood, &common.probe]

@@ -28,11 +28,12 @@
 #![forbid(unsafe_code)]
 
 use recording::McapRecorder;
+use runtime::recordings::{RecordingLimits, RemovedRecordings};
 use runtime::table_store;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use telemetry::{Delivery, PartitionId, TOPIC_TABLE, TOPICS, TopicId};
+use telemetry::{Delivery, EVENT, Event, EventCode, PartitionId, TOPIC_TABLE, TOPICS, TopicId};
 
 /// Every topic.
 const INPUTS: [TopicId; TOPIC_TABLE.len()] = {
@@ -58,11 +59,16 @@ struct Sink {
     /// Sensor samples too, not only what partitions publish.
     takes_all: bool,
     written: u64,
+    /// By topic: left out, because the file fills up.
+    left_out: [bool; TOPIC_TABLE.len()],
+    /// Samples left out.
+    spared: u64,
 }
 
 impl Sink {
     fn new(path: &Path, takes_all: bool) -> Self {
-        Sink { path: path.into(), file: None, takes_all, written: 0 }
+        let left_out = [false; TOPIC_TABLE.len()];
+        Sink { path: path.into(), file: None, takes_all, written: 0, left_out, spared: 0 }
     }
 
     fn flush(&mut self) -> Result<(), String> {
@@ -73,6 +79,10 @@ impl Sink {
         let file = self.file.as_mut().ok_or("no file")?;
         for topic in INPUTS {
             if TOPICS[topic].delivery == Delivery::Source && !self.takes_all {
+                continue;
+            }
+            if self.left_out[topic] {
+                self.spared += frame.raw(topic).count() as u64;
                 continue;
             }
             for (stamps, payload) in frame.raw(topic) {
@@ -96,14 +106,20 @@ impl Sink {
     }
 
     fn finish(&mut self) -> Result<(), String> {
-        let Some(file) = self.file.take() else { return Ok(()) };
+        let Some(mut file) = self.file.take() else { return Ok(()) };
+        if self.spared > 0 {
+            let topics = INPUTS.iter().filter(|topic| self.left_out[**topic]).map(|topic| TOPICS[*topic].name);
+            let topics = topics.collect::<Vec<_>>().join(" ");
+            let facts = BTreeMap::from([("topics".into(), topics), ("samples".into(), self.spared.to_string())]);
+            file.metadata("left out", &facts).map_err(|error| error.to_string())?;
+        }
         file.finish().map_err(|error| error.to_string())
     }
 }
 
-/// What a checkpoint holds: samples written to the results, to the recording of everything, and
-/// since which frame that one stands still.
-type State = (u64, u64, Option<u64>);
+/// What a checkpoint holds: samples written to the results, to the recording of everything, since
+/// which frame that one stands still, how far it leaves topics out, and samples left out.
+type State = (u64, u64, Option<u64>, u64, u64);
 
 /// The partition: writes every topic, publishes none.
 pub struct Recorder {
@@ -119,6 +135,13 @@ pub struct Recorder {
     attachments: Vec<(String, String)>,
     failure: Option<String>,
     frames: u64,
+    limits: RecordingLimits,
+    /// How far the recording leaves topics out ([`RecordingLimits::step`]), and how far that was
+    /// said.
+    step: usize,
+    said: usize,
+    /// Older recordings that had to go for this one.
+    removed: RemovedRecordings,
 }
 
 /// Builds the partition of `run`; the file is made with its first frame or taken up after a
@@ -148,6 +171,10 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         attachments: [(SCENARIO.to_string(), run.scenario.clone())].into_iter().chain(files).chain(tables).collect(),
         failure: None,
         frames: 0,
+        limits: run.limits.recording.clone(),
+        step: 0,
+        said: 0,
+        removed: run.removed,
     }))
 }
 
@@ -160,8 +187,9 @@ impl Partition for Recorder {
         &INPUTS
     }
 
-    fn frame(&mut self, frame: &Frame<'_>, _out: &mut Outputs) {
+    fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
         self.frames = frame.number;
+        self.say_what_is_missing(out);
         if let Err(error) = self.record_results(frame) {
             // Reported with the checkpoint, which must not claim what the file does not hold.
             self.failure.get_or_insert(error);
@@ -180,14 +208,19 @@ impl Partition for Recorder {
         if let Err(error) = self.everything.as_mut().map_or(Ok(()), Sink::flush) {
             self.stop(&error);
         }
+        self.measure();
         let everything = self.everything.as_ref().map_or(0, |sink| sink.written);
-        let whole: State = (self.results.written, everything, self.stopped);
+        let spared = self.recording().spared;
+        let whole: State = (self.results.written, everything, self.stopped, self.step as u64, spared);
         runtime::save_state(&whole, state)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
-        let (results, everything, stopped): State = runtime::restore_state(state)?;
+        let (results, everything, stopped, step, spared): State = runtime::restore_state(state)?;
         self.results.recover(results).map_err(StateError::Other)?;
+        self.leave_out(step as usize);
+        self.said = self.step;
+        self.recording().spared = spared;
         self.stopped = stopped;
         if let Some(sink) = self.everything.as_mut().filter(|_| stopped.is_none()) {
             let recovered = if sink.path.is_file() { sink.recover(everything) } else { Err("no file".into()) };
@@ -208,6 +241,45 @@ impl Partition for Recorder {
 }
 
 impl Recorder {
+    /// The file of sensor samples, which may grow too large.
+    fn recording(&mut self) -> &mut Sink {
+        self.everything.as_mut().unwrap_or(&mut self.results)
+    }
+
+    /// Looks how large the recording is, and leaves out what its limits say.
+    fn measure(&mut self) {
+        let bytes = std::fs::metadata(&self.recording().path).map_or(0, |file| file.len());
+        let step = self.limits.step(bytes);
+        if step > self.step {
+            self.leave_out(step);
+        }
+    }
+
+    fn leave_out(&mut self, step: usize) {
+        self.step = step;
+        let topics: Vec<TopicId> = self.limits.left_out(step).collect();
+        let sink = self.recording();
+        topics.into_iter().for_each(|topic| sink.left_out[topic] = true);
+    }
+
+    fn say_what_is_missing(&mut self, out: &mut Outputs) {
+        let frame = self.frames;
+        let mut say = |code, arguments: &[f64]| {
+            out.publish(EVENT, &Event::new(code, PartitionId::Recorder, frame, arguments));
+        };
+        let RemovedRecordings { files, bytes } = std::mem::take(&mut self.removed);
+        if files > 0 && frame == 0 {
+            say(EventCode::RecordingsRemoved, &[files as f64, bytes as f64]);
+        }
+        if self.said < self.step {
+            self.said = self.step;
+            let topics = self.limits.left_out(self.step).count();
+            let sink = self.recording();
+            let bytes = std::fs::metadata(&sink.path).map_or(0, |file| file.len());
+            say(EventCode::RecordingReduced, &[topics as f64, bytes as f64, sink.spared as f64]);
+        }
+    }
+
     fn record_results(&mut self, frame: &Frame<'_>) -> Result<(), String> {
         if self.results.file.is_none() {
             self.results.file = Some(self.begin(&self.results.path)?);

@@ -2,6 +2,7 @@
 
 use crate::feed::FeedConfig;
 use crate::orders::StoredCommand;
+use crate::recordings::{RecordingLimits, RemovedRecordings};
 use crate::rules::EventRule;
 use crate::table_store::StoredTable;
 use serde::{Deserialize, Serialize};
@@ -132,6 +133,9 @@ pub struct RunConfig {
     pub record_all: bool,
     /// Folder in which every life of a partition leaves its markers.
     pub trace: Option<PathBuf>,
+    /// The warden gives every partition the CPU window of the table of limits: in real time alone.
+    #[serde(default)]
+    pub windows: bool,
     /// Bound on simulated over real time; `None`: as fast as the slowest partition.
     pub speed: Option<f64>,
     /// Pacing window W \[frames\].
@@ -148,6 +152,9 @@ pub struct RunConfig {
     /// Folder that keeps activated tables and the reset log beyond the run.
     #[serde(default)]
     pub keep: Option<PathBuf>,
+    /// Older recordings that were removed for this one.
+    #[serde(default)]
+    pub removed: RemovedRecordings,
     /// A stored sequence of commands, in the order of their frames.
     #[serde(default)]
     pub commands: Vec<StoredCommand>,
@@ -171,6 +178,9 @@ pub struct Limits {
     /// Events that become commands.
     #[serde(default, rename = "rule")]
     pub rules: Vec<EventRule>,
+    /// What a recording may take.
+    #[serde(default)]
+    pub recording: RecordingLimits,
 }
 
 /// One partition's row.
@@ -230,7 +240,13 @@ impl Limits {
             memory_mb: None,
             descriptors: None,
         };
-        Limits { format: 1, stall_s: 60, partitions: PartitionId::ALL.iter().map(row).collect(), rules: Vec::new() }
+        Limits {
+            format: 1,
+            stall_s: 60,
+            partitions: PartitionId::ALL.iter().map(row).collect(),
+            rules: Vec::new(),
+            recording: RecordingLimits::default(),
+        }
     }
 
     /// The row of `partition`.
@@ -290,7 +306,7 @@ impl RunConfig {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::{Fault, KillPoint, Limits, ReplayConfig, RunConfig, Sabotage};
+    use super::{Fault, KillPoint, Limits, RemovedRecordings, ReplayConfig, RunConfig, Sabotage};
     use std::collections::BTreeMap;
     use telemetry::Domain;
     use telemetry::PartitionId::{InertialId, ModalId, SensorSim, SloshId};
@@ -309,6 +325,7 @@ pub(crate) mod tests {
             record_all: false,
             results: None,
             trace: None,
+            windows: false,
             speed: None,
             window_frames: 100,
             checkpoint_frames: 25,
@@ -316,6 +333,7 @@ pub(crate) mod tests {
             limits: Limits::alike(5000),
             tables: Vec::new(),
             keep: None,
+            removed: RemovedRecordings::default(),
             commands: Vec::new(),
             sabotage: Sabotage::None,
             faults: Vec::new(),

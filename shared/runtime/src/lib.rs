@@ -37,7 +37,7 @@
 //!
 //! Read first: [`partition`] (what a partition is), [`inbox`] (from arrivals to frames), [`runner`]
 //! (a turn).
-// Unsafe code is in `sys/allocations.rs` and `sys/probes.rs` alone.
+// Unsafe code is in `sys/allocations.rs`, `sys/schedule.rs` and `sys/probes.rs` alone.
 #![deny(unsafe_code)]
 
 pub mod checkpoint;
@@ -59,6 +59,7 @@ pub mod pacing;
 pub mod pairs;
 pub mod partition;
 pub mod process;
+pub mod recordings;
 pub mod resets;
 pub mod rules;
 pub mod rundir;

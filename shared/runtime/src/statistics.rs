@@ -64,6 +64,9 @@ pub struct PartitionRow {
     /// Barriers around its last life.
     #[serde(default)]
     pub hardening: Hardening,
+    /// CPU window of its last life, or why it has none; empty where none was asked for.
+    #[serde(default)]
+    pub cpu_window: String,
 }
 
 impl PartitionRow {

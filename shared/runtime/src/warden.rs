@@ -10,6 +10,7 @@ mod launcher;
 mod pipe;
 mod report;
 mod ward;
+mod window;
 
 pub use launcher::Launcher;
 pub use report::Report;
@@ -106,6 +107,8 @@ struct Warden<'a> {
     /// The run is over: partitions that still run have been ordered to end.
     ending: bool,
     window_frames: u64,
+    /// Partitions get CPU windows.
+    windows: bool,
     started_ns: u64,
     deaths: DeathLog,
     precedence: Precedence,
@@ -138,6 +141,7 @@ impl<'a> Warden<'a> {
             first_end: None,
             ending: false,
             window_frames: run.window_frames,
+            windows: run.windows,
             started_ns: monotonic_ns(),
             deaths: DeathLog::default(),
             precedence: Precedence::take(),
@@ -195,6 +199,18 @@ impl<'a> Warden<'a> {
         if self.last_look.elapsed() >= LOOK_EVERY {
             self.last_look = Instant::now();
             self.wards.iter_mut().for_each(Ward::look);
+            self.give_windows();
+        }
+    }
+
+    fn give_windows(&mut self) {
+        for index in 0..self.wards.len() {
+            let ward = &mut self.wards[index];
+            let given = if self.windows { ward.give_window(self.limits.of(ward.id)) } else { None };
+            if let Some(window) = given.map(String::from) {
+                let partition = self.wards[index].id.to_string();
+                self.tell(&Report::Window { partition, window });
+            }
         }
     }
 

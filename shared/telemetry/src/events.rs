@@ -40,6 +40,8 @@ coded! {
         TableActivated = 15 "table activated",
         TableRefused = 16 "table refused",
         TableNotStored = 17 "table not stored: the file system refuses",
+        RecordingReduced = 18 "recording fills up: topics are left out",
+        RecordingsRemoved = 19 "older recordings removed",
     }
 }
 
@@ -91,7 +93,8 @@ impl EventCode {
             | Self::BeganAnew
             | Self::CommandRefused
             | Self::TableRefused
-            | Self::TableNotStored => Severity::Warning,
+            | Self::TableNotStored
+            | Self::RecordingReduced => Severity::Warning,
             _ => Severity::Information,
         }
     }
@@ -120,6 +123,10 @@ impl EventCode {
             Self::TableActivated => const { &[TABLE, number("version", "-"), number("crc32", "-")] },
             Self::TableRefused => const { &[TABLE, number("field", "-"), number("value", "of the field")] },
             Self::TableNotStored => const { &[TABLE] },
+            Self::RecordingReduced => {
+                const { &[number("topics", "-"), number("size", "B"), number("samples left out so far", "-")] }
+            }
+            Self::RecordingsRemoved => const { &[number("files", "-"), number("size", "B")] },
         }
     }
 }

@@ -174,6 +174,8 @@ const MONITOR: [TableField; MONITOR_HEAD + EventCode::COUNT] = [
     most("table_activated"),
     most("table_refused"),
     most("table_not_stored"),
+    most("recording_reduced"),
+    most("recordings_removed"),
 ];
 
 const GUARDS: [TableField; 6] = [

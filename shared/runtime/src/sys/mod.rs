@@ -1,5 +1,5 @@
 //! System facilities, one file each. Through safe wrappers (`rustix`, `signal-hook`, `landlock`,
-//! `seccompiler`), but for the allocator and the probes of a test.
+//! `seccompiler`), but for the allocator, one system call of scheduling and the probes of a test.
 
 mod allocations;
 mod clock;
@@ -8,6 +8,7 @@ mod lines;
 mod notify;
 mod probes;
 mod process;
+mod schedule;
 mod system_calls;
 
 pub use allocations::{CountingAllocator, allocations, allocations_of_system};
@@ -17,4 +18,5 @@ pub use lines::{LineWriter, tell};
 pub use notify::Notifier;
 pub use probes::{is_refused, try_all as try_forbidden_acts};
 pub use process::{Precedence, crash_self, die_with_parent, keep_own_rights, kill_self, stop_self};
+pub use schedule::{set_deadline, set_fifo};
 pub use system_calls::restrict as restrict_system_calls;

@@ -21,6 +21,8 @@ pub enum Report {
     Death { partition: String, pid: u32, cause: String, epoch: u32, t_ns: u64 },
     /// A partition runs again, for the `restarts`-th time.
     Restart { partition: String, restarts: u32 },
+    /// The CPU window that a partition's process has, or why it has none.
+    Window { partition: String, window: String },
     /// A partition's execution counter stood still for its limit: it is killed.
     Hang { partition: String },
     /// A partition's execution counter stood still because it got no processor: it is left alone.

@@ -1,5 +1,7 @@
 //! One partition in the warden's care: its process, its deaths, the figures of all its lives.
 
+use super::window::{self, Window};
+use crate::config::PartitionLimits;
 use crate::deaths::DeathLog;
 use crate::rundir::RunDir;
 use crate::statistics::{LifeFigures, PartitionRow};
@@ -14,6 +16,9 @@ use telemetry::PartitionId;
 /// Of the time in which nothing was heard: one of the three beats. One is slept away regularly, and
 /// a process that hangs waits for no processor at all, unless it loops.
 const STARVED_SHARE: f64 = 1.0 / 3.0;
+/// Of its window: a process that is let wait by the kernel has used all of it, but for what the
+/// first and the last period of the silence hide.
+const THROTTLED_SHARE: f64 = 0.5;
 /// Silent again within this time: the same want of a processor.
 const STARVED_AGAIN: Duration = Duration::from_secs(1);
 /// A loop without end on a busy computer waits for a processor most of the time, too: it is ended
@@ -46,8 +51,9 @@ pub(super) struct Ward {
     pub hung_ms: Option<f64>,
     /// Of the lives that are over, and of the present one as last looked at.
     past: LifeFigures,
-    /// Waiting time of its process when it was last silent \[s\].
+    /// Waiting and running time of its process when it was last silent \[s\].
     waited_s: f64,
+    ran_s: f64,
     starved_at: Option<Instant>,
     starved_times: u32,
     /// Its last life ended by a fault of its own, and nothing was made of it.
@@ -56,6 +62,9 @@ pub(super) struct Ward {
     lives_in_vain: usize,
     past_usage: Usage,
     usage: Usage,
+    /// CPU window of the present or last life.
+    window: Window,
+    has_window: bool,
 }
 
 impl Ward {
@@ -69,13 +78,26 @@ impl Ward {
             hung_ms: None,
             past: LifeFigures::default(),
             waited_s: 0.0,
+            ran_s: 0.0,
             starved_at: None,
             starved_times: 0,
             failed: false,
             lives_in_vain: 0,
             past_usage: Usage::default(),
             usage: Usage::default(),
+            window: Window::default(),
+            has_window: false,
         }
+    }
+
+    /// Gives a life that has begun its work the window of `row`; says which, once a life.
+    pub fn give_window(&mut self, row: &PartitionLimits) -> Option<&str> {
+        let State::Running { child, since, .. } = &self.state else { return None };
+        if self.has_window || since.elapsed() < window::AFTER {
+            return None;
+        }
+        (self.window, self.has_window) = (window::give(child.id(), row), true);
+        Some(&self.window.text)
     }
 
     pub fn is_over(&self) -> bool {
@@ -107,11 +129,17 @@ impl Ward {
     }
 
     /// Whether its process is silent for lack of a processor: it waited for one for a good part of
-    /// the time since its last sign of life. Who computes, sleeps or is stopped is not starved.
+    /// the time since its last sign of life, or has used up its window. Who computes without a
+    /// window, sleeps or is stopped is not starved.
     pub fn is_starved(&mut self, pid: u32, silent_ms: f64) -> bool {
-        let before = core::mem::replace(&mut self.waited_s, Usage::of(pid).map_or(0.0, |usage| usage.wait_s));
-        let waited_ms = (self.waited_s - before.max(self.usage.wait_s)) * 1e3;
-        let starved = usage::state(pid) != Some('T') && waited_ms > STARVED_SHARE * silent_ms;
+        let now = Usage::of(pid).unwrap_or_default();
+        let waited_before_s = core::mem::replace(&mut self.waited_s, now.wait_s).max(self.usage.wait_s);
+        let ran_before_s = core::mem::replace(&mut self.ran_s, now.run_s).max(self.usage.run_s);
+        let is_kept_waiting = (now.wait_s - waited_before_s) * 1e3 > STARVED_SHARE * silent_ms;
+        let ran_ms = (now.run_s - ran_before_s) * 1e3;
+        let is_throttled =
+            self.has_window && self.window.share.is_some_and(|share| ran_ms > THROTTLED_SHARE * share * silent_ms);
+        let starved = usage::state(pid) != Some('T') && (is_kept_waiting || is_throttled);
         let again = self.starved_at.replace(Instant::now()).is_some_and(|at| at.elapsed() < STARVED_AGAIN);
         self.starved_times = if again { self.starved_times + 1 } else { 1 };
         starved && self.starved_times <= STARVED_TIMES_MAX
@@ -133,6 +161,7 @@ impl Ward {
             // A life that came to a fresh frame had what it needs.
             self.failed &= figures.fresh_ns.is_none();
         }
+        (self.has_window, self.ran_s) = (false, 0.0);
         self.past_usage.add(&core::mem::take(&mut self.usage));
         self.waited_s = 0.0;
     }
@@ -150,6 +179,7 @@ impl Ward {
             restarts: self.epoch,
             restart_cause: self.cause,
             given_up: matches!(self.state, State::GivenUp),
+            cpu_window: self.window.text.clone(),
             ..self.past.row(self.id.text(), self.past_usage)
         }
     }

@@ -2,6 +2,7 @@
 
 use runtime::RunConfig;
 use runtime::config::{Limits, Sabotage};
+use runtime::recordings::RemovedRecordings;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use telemetry::PartitionId;
@@ -20,6 +21,7 @@ pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
         record_all: false,
         trace: None,
         results: None,
+        windows: false,
         speed: None,
         window_frames: 20,
         checkpoint_frames: 5,
@@ -27,6 +29,7 @@ pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
         limits: Limits::alike(5000),
         tables: Vec::new(),
         keep: None,
+        removed: RemovedRecordings::default(),
         commands: Vec::new(),
         sabotage: Sabotage::None,
         faults: Vec::new(),
