@@ -115,6 +115,7 @@ const ROOMS: &[(&str, &[&str])] = &[
         ],
     ),
     ("report", &[]),
+    ("delivery", &[]),
     ("runtime", &["telemetry"]),
     ("craft", &["channels", "dynamics", "estimation", "identification", "plant-file", "runtime", "telemetry"]),
 ];

@@ -61,6 +61,7 @@ pub fn json_text() -> String {
         "codes": code_lists().iter().map(CodeTable::json).collect::<Vec<_>>(),
         "events": EventCode::ALL.iter().map(|code| event(*code)).collect::<Vec<_>>(),
         "tables": TableId::ALL.iter().map(|id| table(*id)).collect::<Vec<_>>(),
+        "between_computers": between_computers(),
     });
     serde_json::to_string_pretty(&document).expect("text and numbers always serialise") + "\n"
 }
@@ -80,6 +81,18 @@ fn topic(info: &TopicInfo) -> Value {
         "producer": info.producers,
         "consumers": info.consumers,
         "fields": fields(info.fields),
+    })
+}
+
+/// What `obsid bridge` carries, and what a consumer of a mirror can rely on.
+fn between_computers() -> Value {
+    let carried = TOPICS.iter().enumerate().filter(|(topic, _)| telemetry::is_carried(*topic));
+    json!({
+        "topics": carried.map(|(_, info)| info.name).collect::<Vec<_>>(),
+        "sample": "as on the computer of its producer: header, body, epoch and CRC-32; sent_ns is this computer's",
+        "order": "of one topic and source: once each, by header.seq",
+        "lost": "losses.jsonl of the mirror: topic, partition, from, to (header.seq), what",
+        "commands": "datagrams to supervisor/ground of the mirror reach the port of the run",
     })
 }
 

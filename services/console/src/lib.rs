@@ -27,6 +27,7 @@
 mod attach;
 mod bench;
 mod beside;
+mod bridge;
 mod budget;
 mod challenge;
 mod command;
@@ -124,6 +125,7 @@ const EXAMPLES: &str = "Examples:
   obsid run deploy/scenarios/default.toml --json   another scenario, result as one JSON object
   obsid replay slab.csv.gz                         a recording through the partitions
   obsid gateway /run/obsid/sensors --scenario c.toml --duration 60   real sensors through the partitions
+  obsid bridge --connect tcp/10.0.0.1:7447 --mirror /run/obsid-far/obsid-far   the run of another computer
   obsid drill --kills 100                          faults into real runs: kills, hangs, corruption, full disks
   obsid latency                                    the link beside what the machine itself costs
   obsid budget                                     each partition in real time against its budget
@@ -173,6 +175,7 @@ enum Command {
     Design(design::Arguments),
     Replay(replay::Arguments),
     Gateway(gateway::Arguments),
+    Bridge(bridge::Arguments),
     Simulate(simulate::Arguments),
     Effects(effects::Arguments),
     Plant(plant::Arguments),
@@ -208,6 +211,7 @@ pub fn main() -> ExitCode {
         Command::Top(arguments) => top::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Gateway(arguments) => gateway::run(&arguments),
+        Command::Bridge(arguments) => bridge::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Events(arguments) => events::run(&arguments),
         Command::Order(arguments) => command::run(&arguments),

@@ -88,9 +88,10 @@ pub enum Role {
 /// One process's end of shared memory.
 pub struct ShmLink {
     ports: Vec<Box<dyn Ports>>,
-    listener: Listener<Service>,
+    /// `None`: nobody wakes this process, it looks.
+    listener: Option<Listener<Service>>,
     notifiers: Vec<Notifier<Service>>,
-    _wakes: Vec<EventFactory<Service>>,
+    wakes: Vec<EventFactory<Service>>,
     node: Node<Service>,
 }
 
@@ -100,6 +101,44 @@ impl ShmLink {
     /// # Errors
     /// [`LinkError::Layout`] when the running system was built with another layout of a topic.
     pub fn join(prefix: &str, root: &Path, id: PartitionId, inputs: &[TopicId], role: Role) -> Result<Self, LinkError> {
+        let produces = |info: &TopicInfo| info.producers == "all" || info.producers == id.text();
+        let mut link = Self::open(prefix, root, role, inputs, &produces)?;
+        let fail = |operation| move |reason| LinkError::Transport { topic: "wake", operation, reason };
+        let own = &link.wakes[usize::from(id.code())];
+        let listener = retry(&link.node, || own.listener_builder().create()).map_err(fail("listener"))?;
+        let wakes = link.wakes.iter();
+        link.notifiers = wakes
+            .map(|wake| retry(&link.node, || wake.notifier_builder().create()))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(fail("notifier"))?;
+        link.listener = Some(listener);
+        Ok(link)
+    }
+
+    /// Reads `inputs` of a run that flies, without being one of its partitions.
+    ///
+    /// # Errors
+    /// As [`ShmLink::join`].
+    pub fn observe(prefix: &str, root: &Path, inputs: &[TopicId]) -> Result<Self, LinkError> {
+        Self::open(prefix, root, Role::Opens, inputs, &|_| false)
+    }
+
+    /// Makes the services of a run whose samples come from elsewhere: whoever reads a run can read
+    /// it, and the caller alone sends.
+    ///
+    /// # Errors
+    /// As [`ShmLink::join`].
+    pub fn mirror(prefix: &str, root: &Path) -> Result<Self, LinkError> {
+        Self::open(prefix, root, Role::Creates, &[], &|_| true)
+    }
+
+    fn open(
+        prefix: &str,
+        root: &Path,
+        role: Role,
+        inputs: &[TopicId],
+        produces: &dyn Fn(&TopicInfo) -> bool,
+    ) -> Result<Self, LinkError> {
         set_log_level(iceoryx2::prelude::LogLevel::Fatal);
         let node = NodeBuilder::new()
             .config(&config(prefix, root)?)
@@ -110,21 +149,14 @@ impl ShmLink {
             // Who died before us is buried before we take its place.
             node.blocking_cleanup_dead_nodes(Duration::from_secs(1));
         }
-        let mut builder = PortsBuilder { node: &node, id, inputs, role, ports: Vec::new(), error: None };
+        let mut builder = PortsBuilder { node: &node, produces, inputs, role, ports: Vec::new(), error: None };
         for_each_topic(&mut builder);
         if let Some(error) = builder.error {
             return Err(error);
         }
         let ports = builder.ports;
         let wakes = PartitionId::ALL.iter().map(|&of| wake_service(&node, of, role)).collect::<Result<Vec<_>, _>>()?;
-        let listener = retry(&node, || wakes[usize::from(id.code())].listener_builder().create())
-            .map_err(|reason| LinkError::Transport { topic: "wake", operation: "listener", reason })?;
-        let notifiers = wakes
-            .iter()
-            .map(|wake| retry(&node, || wake.notifier_builder().create()))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|reason| LinkError::Transport { topic: "wake", operation: "notifier", reason })?;
-        Ok(ShmLink { ports, listener, notifiers, _wakes: wakes, node })
+        Ok(ShmLink { ports, listener: None, notifiers: Vec::new(), wakes, node })
     }
 
     /// Sleeps until somebody wakes this partition or `timeout` has passed.
@@ -133,8 +165,12 @@ impl ShmLink {
     /// When the listener fails.
     pub fn wait(&self, timeout: Duration) -> Result<(), LinkError> {
         let fail = |reason: String| LinkError::Transport { topic: "wake", operation: "wait", reason };
+        let Some(listener) = &self.listener else {
+            std::thread::sleep(timeout);
+            return Ok(());
+        };
         // A WaitSet of this one attachment would take memory at every wait.
-        match self.listener.timed_wait(|_| {}, timeout) {
+        match listener.timed_wait(|_| {}, timeout) {
             // A stopped process that goes on is woken by the signal.
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(fail(text(error))),
@@ -165,7 +201,9 @@ impl Link for ShmLink {
 
     fn wake(&mut self, partition: PartitionId) {
         // A partition that is down has no listener: nobody to wake, nothing to report.
-        let _ = self.notifiers[usize::from(partition.code())].notify();
+        if let Some(notifier) = self.notifiers.get(usize::from(partition.code())) {
+            let _ = notifier.notify();
+        }
     }
 
     fn now_ns(&self) -> u64 {
@@ -188,7 +226,7 @@ fn config(prefix: &str, root: &Path) -> Result<Config, LinkError> {
 
 struct PortsBuilder<'a> {
     node: &'a Node<Service>,
-    id: PartitionId,
+    produces: &'a dyn Fn(&TopicInfo) -> bool,
     inputs: &'a [TopicId],
     role: Role,
     ports: Vec<Box<dyn Ports>>,
@@ -211,8 +249,7 @@ impl PortsBuilder<'_> {
     fn ports<T: Sample>(&self, topic: Topic<T>, info: &'static TopicInfo) -> Result<TypedPorts<T>, LinkError> {
         let service = sample_service::<T>(self.node, info, self.role)?;
         let fail = |operation| move |reason| LinkError::Transport { topic: info.name, operation, reason };
-        let produces = info.producers == "all" || info.producers == self.id.text();
-        let publisher = produces
+        let publisher = (self.produces)(info)
             .then(|| retry(self.node, || service.publisher_builder().max_loaned_samples(2).create()))
             .transpose()
             .map_err(fail("publisher"))?;

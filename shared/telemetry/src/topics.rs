@@ -239,6 +239,17 @@ pub fn is_result(topic: TopicId) -> bool {
     TOPICS[topic].delivery == Delivery::Feedback
 }
 
+/// Whether samples of `topic` go to another computer (`obsid bridge`): results and reports. Sensor
+/// data stay where they are measured, and so does that by which the partitions of one run pace each
+/// other.
+///
+/// # Panics
+/// When `topic` is not below the number of topics.
+#[must_use]
+pub fn is_carried(topic: TopicId) -> bool {
+    is_result(topic) || topic == EVENT.id || topic == HOUSEKEEPING.id
+}
+
 /// One hash for everything that two builds must agree on beyond a sample's own layout: the topic
 /// table in its order (samples index topics by number), the stamps, and every list of codes.
 #[must_use]
