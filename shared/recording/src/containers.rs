@@ -19,31 +19,41 @@ pub(crate) type Datasets = fn(&Path, &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 pub struct Container {
     /// Also its extension.
     name: &'static str,
-    /// First bytes, one of these.
-    magic: &'static [&'static [u8]],
+    begins: Begins,
     datasets: Datasets,
 }
 
+/// How the first bytes of a file tell its format.
+enum Begins {
+    /// They are one of these.
+    With(&'static [&'static [u8]]),
+    As(fn(&[u8]) -> bool),
+}
+
 /// PX4 ULog.
-pub static ULOG: Container = Container { name: "ulg", magic: &[b"ULog"], datasets: ulog::datasets };
+pub static ULOG: Container = Container { name: "ulg", begins: Begins::With(&[b"ULog"]), datasets: ulog::datasets };
 /// ROS 1 bag.
-pub static ROS_BAG: Container = Container { name: "bag", magic: &[b"#ROSBAG"], datasets: foreign::bag_datasets };
+pub static ROS_BAG: Container =
+    Container { name: "bag", begins: Begins::With(&[b"#ROSBAG"]), datasets: foreign::bag_datasets };
 /// Database of a rosbag2, or the folder that holds it.
 pub static ROSBAG_2: Container =
-    Container { name: "db3", magic: &[b"SQLite format 3"], datasets: foreign::rosbag2_datasets };
-/// MATLAB level 5 and 7.3.
-pub static MATLAB: Container = Container { name: "mat", magic: &[b"MATLAB"], datasets: matlab::datasets };
+    Container { name: "db3", begins: Begins::With(&[b"SQLite format 3"]), datasets: foreign::rosbag2_datasets };
+/// MATLAB of the versions 4 to 7.3.
+pub static MATLAB: Container =
+    Container { name: "mat", begins: Begins::As(matlab::is_matlab), datasets: matlab::datasets };
 /// HDF5.
-pub static HDF5: Container = Container { name: "h5", magic: &[b"\x89HDF"], datasets: hdf5::datasets };
+pub static HDF5: Container = Container { name: "h5", begins: Begins::With(&[b"\x89HDF"]), datasets: hdf5::datasets };
 /// Arrays of NumPy in an archive.
-pub static NPZ: Container = Container { name: "npz", magic: &[b"PK\x03\x04"], datasets: npz::datasets };
+pub static NPZ: Container = Container { name: "npz", begins: Begins::With(&[b"PK\x03\x04"]), datasets: npz::datasets };
 /// An array of NumPy.
-pub static NPY: Container = Container { name: "npy", magic: &[b"\x93NUMPY"], datasets: npz::datasets };
+pub static NPY: Container = Container { name: "npy", begins: Begins::With(&[b"\x93NUMPY"]), datasets: npz::datasets };
 /// Parquet.
-pub static PARQUET: Container = Container { name: "parquet", magic: &[b"PAR1"], datasets: parquet::datasets };
+pub static PARQUET: Container =
+    Container { name: "parquet", begins: Begins::With(&[b"PAR1"]), datasets: parquet::datasets };
 
 /// JSON.
-pub static JSON: Container = Container { name: "json", magic: json_file::BEGINNINGS, datasets: json_file::datasets };
+pub static JSON: Container =
+    Container { name: "json", begins: Begins::With(json_file::BEGINNINGS), datasets: json_file::datasets };
 
 impl Format for Container {
     fn name(&self) -> &'static str {
@@ -51,7 +61,10 @@ impl Format for Container {
     }
 
     fn sniff(&self, head: &[u8]) -> bool {
-        self.magic.iter().any(|magic| head.starts_with(magic))
+        match self.begins {
+            Begins::With(magic) => magic.iter().any(|magic| head.starts_with(magic)),
+            Begins::As(is_own) => is_own(head),
+        }
     }
 
     fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {

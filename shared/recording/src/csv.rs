@@ -10,7 +10,7 @@
 
 use crate::error::RecordingError;
 use crate::intake::Intake;
-use crate::intake::names::listed;
+use crate::intake::names::{heading, listed};
 use crate::intake::origin::origin_note;
 use crate::intake::plan::{Kind, Plan, Planned, Seen, Source, plan};
 use crate::rows::Rows;
@@ -21,7 +21,9 @@ use crate::text::dialect::{self, Layout};
 use crate::text::encoding::{Encoding, Returns, Utf16, text_of};
 use crate::text::lines::Lines;
 use crate::text::printable;
+use crate::text::quantity::{number_in, quantity};
 use crate::text::stamps::Form;
+use crate::units::unit_named;
 use crate::{Format, Imported, file_name};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
@@ -193,7 +195,11 @@ fn seen(layout: &Layout) -> Vec<Seen> {
     let column = |at: usize| {
         let cells: Vec<&str> = layout.rows.iter().filter_map(|row| row.get(at)).map(String::as_str).collect();
         let given: Vec<&str> = cells.iter().copied().filter(|cell| !dialect::is_missing(cell)).collect();
-        let numbers: Vec<f64> = given.iter().filter_map(|cell| dialect::number(cell, comma)).collect();
+        let header = layout.header.get(at).cloned().unwrap_or_default();
+        let unit = unit_stated(layout, at, &header, &given);
+        let own = unit.clone().or_else(|| heading(&header).unit).as_deref().and_then(unit_named);
+        let value = |cell: &&str| own.map_or(dialect::number(cell, comma), |own| number_in(own, cell, comma));
+        let numbers: Vec<f64> = given.iter().filter_map(value).collect();
         let kind = if given.is_empty() {
             // what has a name may have samples later
             let nameless = layout.header.get(at).is_none_or(String::is_empty);
@@ -204,11 +210,18 @@ fn seen(layout: &Layout) -> Vec<Seen> {
         } else {
             Form::of(given.iter().copied()).map_or(Kind::Text, Kind::Stamp)
         };
-        let header = layout.header.get(at).cloned().unwrap_or_default();
-        let unit = layout.units.get(at).cloned();
         Seen { header, unit, kind, sample: numbers }
     };
     (0..width).map(column).collect()
+}
+
+/// The unit that stands apart from a column's name: in a line of units, else, where the name has
+/// none, in its cells.
+fn unit_stated(layout: &Layout, at: usize, header: &str, given: &[&str]) -> Option<String> {
+    let in_line = layout.units.get(at).filter(|unit| !unit.trim().is_empty());
+    let comma = layout.dialect.decimal_comma;
+    let in_cells = || given.iter().find_map(|cell| quantity(cell, comma)).map(|stated| stated.unit.to_owned());
+    in_line.cloned().or_else(|| if heading(header).unit.is_some() { None } else { in_cells() })
 }
 
 /// Takes every row of the file.

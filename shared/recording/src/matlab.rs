@@ -1,4 +1,4 @@
-//! MATLAB files of the versions 5 to 7.3.
+//! MATLAB files of the versions 4 to 7.3.
 //!
 //! Vectors of one length are a dataset, a structure is one of its own, `s.inner` for one inside
 //! another and `s[0]`, `s[1]` for an array of them. What is no array of numbers is named in a note.
@@ -17,6 +17,11 @@ use std::path::Path;
 const MATLAB_HEADER_BYTES: usize = 128;
 const CURE: &str = "save it again in MATLAB: `save('NAME.mat', ..., '-v7')`";
 
+/// Whether a file begins as MATLAB writes it.
+pub fn is_matlab(head: &[u8]) -> bool {
+    head.starts_with(b"MATLAB") || level4::is_level4(head)
+}
+
 /// The wanted datasets of a MATLAB file.
 ///
 /// # Errors
@@ -32,9 +37,8 @@ pub fn datasets(path: &Path, wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 
 fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, RecordingError> {
     let mut bytes = Bytes::new(file, "", content);
-    // The text of later versions begins with four characters, a version 4 with a small number.
-    if content.iter().take(4).any(|byte| *byte == 0) {
-        return Err(bytes.error("this is a MATLAB file of version 4, or none", CURE));
+    if level4::is_level4(content) {
+        return level4::arrays(file, content)?.into_datasets(file, wanted);
     }
     bytes.take(MATLAB_HEADER_BYTES - 4, "the header")?;
     let version = bytes.take(2, "the header")?;
@@ -76,5 +80,6 @@ fn compressed(file: &str, element: Element<'_>, budget: &mut usize, arrays: &mut
     values::read(inner.data, arrays)
 }
 
+pub(crate) mod level4;
 #[cfg(test)]
 mod tests;

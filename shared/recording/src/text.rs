@@ -6,6 +6,7 @@ pub(crate) mod dialect;
 pub(crate) mod encoding;
 mod header;
 pub(crate) mod lines;
+pub(crate) mod quantity;
 pub(crate) mod stamps;
 
 /// The first 60 characters, control characters made visible: a binary file must not fill the

@@ -91,14 +91,35 @@ fn a_variable_that_states_an_absurd_size_is_not_expanded() {
 }
 
 #[test]
-fn version_4_and_other_files_are_refused_with_the_cure() {
-    let error = datasets_of("file", &[0; 200], &|_| true).unwrap_err().explain();
-    assert!(error.contains("a MATLAB file of version 4") && error.contains("-v7"), "{error}");
+fn files_of_version_4_are_read_in_both_orders_of_bytes() {
+    let written = all("level4.mat");
+    assert_eq!(columns(&written[0]), ["t", "x", "m[0]", "m[1]", "m[2]", "n"]);
+    assert_eq!(written[1].name, "length_7");
+    for k in 0..40 {
+        let x = (2.0 * std::f64::consts::PI * k as f64 * 0.01).sin();
+        assert!((written[0].columns[1].values[k] - x).abs() < 1e-12);
+        assert_eq!(written[0].columns[5].values[k], (100.0 * written[0].columns[1].values[k]).trunc());
+    }
+    assert_eq!(all("level4_big_endian.mat")[0].columns, written[0].columns[..2]);
+    let note = &written[0].notes[0];
+    for part in ["`words` (text)", "`sparse` (a sparse", "`z` (complex", "`Fs` (one number)"] {
+        assert!(note.contains(part), "{note}");
+    }
+}
+
+#[test]
+fn what_is_no_file_of_matlab_is_none_of_version_4_either() {
+    let text = b"time,x\n0.0,1.0\n0.1,2.0\n0.2,3.0\n0.3,4.0\n";
+    for bytes in [&[0; 200][..], &[0xff; 200], text] {
+        assert!(!is_matlab(bytes), "{bytes:02x?}");
+        let error = datasets_of("file", bytes, &|_| true).unwrap_err().explain();
+        assert!(error.contains("\ncure: "), "{error}");
+    }
 }
 
 #[test]
 fn damaged_files_never_panic() {
-    for name in ["level5.mat", "compressed.mat", "big_endian.mat"] {
+    for name in ["level4.mat", "level5.mat", "compressed.mat", "big_endian.mat"] {
         every_damage_is_read_or_refused(name, |bytes| datasets_of("file", bytes, &|_| true));
     }
 }

@@ -3,6 +3,7 @@
 use super::dialect::{Dialect, is_missing, number};
 use super::encoding::text_of;
 use super::printable;
+use super::quantity::number_in;
 use crate::error::{Place, RecordingError};
 use crate::intake::origin::{Origin, split_text};
 use crate::intake::plan::{Clock, Plan};
@@ -138,7 +139,7 @@ impl<'a> Cells<'a> {
             Clock::Number { at, unit } => {
                 let cell = &self.record[*at];
                 let text = core::str::from_utf8(cell).ok();
-                let value = text.and_then(|text| number(text, self.dialect.decimal_comma));
+                let value = text.and_then(|text| number_in(*unit, text, self.dialect.decimal_comma));
                 let value = value.ok_or_else(|| self.not_a_number(line, *at, &self.plan.clock_header, cell))?;
                 let origin = *self.origin.get_or_insert_with(|| Origin::of(*unit, value));
                 // a decimal comma is a point by then, or there is none
@@ -190,8 +191,8 @@ impl<'a> Cells<'a> {
         if cell.is_empty() && time {
             return Ok(f64::NAN);
         }
-        let value = core::str::from_utf8(cell).ok().and_then(|text| number(text, self.dialect.decimal_comma));
-        match value {
+        let text = core::str::from_utf8(cell).ok();
+        match text.and_then(|text| number_in(column.unit, text, self.dialect.decimal_comma)) {
             Some(value) => self.finite(column.unit.to_si(value) * column.scale, line, column.at, &column.header),
             None if time && is_missing(&text_of(cell)) => {
                 self.infinite[k] += u64::from(cell.iter().any(|byte| byte.eq_ignore_ascii_case(&b'f')));

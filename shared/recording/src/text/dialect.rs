@@ -6,6 +6,7 @@
 
 use super::encoding::text_of;
 use super::header::Above;
+use super::quantity::quantity;
 use super::stamps::Form;
 
 /// Separator and decimal sign.
@@ -135,6 +136,7 @@ impl Dialect {
 
     fn is_value(&self, cell: &str) -> bool {
         number(cell, self.decimal_comma).is_some()
+            || quantity(cell, self.decimal_comma).is_some()
             || (cell.contains([':', '-', '/']) && Form::of([cell].into_iter()).is_some())
     }
 }

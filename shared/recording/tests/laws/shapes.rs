@@ -221,3 +221,35 @@ fn json_is_read_as_lines_as_an_array_of_objects_and_as_arrays_by_name() {
     let error = read("json broken", "{\"t\": [0, 1,\n 2, ], \"a\": [1, 2, 3]}", &Intake::default()).unwrap_err();
     assert!(error.contains("line 2, column"), "{error}");
 }
+
+#[test]
+fn a_cell_may_state_its_unit_and_each_is_read_in_its_own() {
+    let unit_of =
+        |k: usize, w: f64| if k.is_multiple_of(2) { format!("{w:.4} rad/s") } else { format!("{:.1} mrad/s", 1e3 * w) };
+    let files = [
+        ("in every cell", "time;rate;torque\n", rows(|_, t, w, u| format!("{t:.2} s;{w:.4} rad/s;{u:.1} N m"))),
+        ("without blanks", "time,rate,torque\n", rows(|_, t, w, u| format!("{:.0}ms,{w:.4}rad/s,{u:.1}Nm", 1e3 * t))),
+        (
+            "of the header too",
+            "time [s],rate [rad/s],torque [N m]\n",
+            rows(|k, t, w, u| format!("{t:.2},{},{u:.1}", unit_of(k, w))),
+        ),
+        (
+            "now one and now another",
+            "time [s]\trate\ttorque [N m]\n",
+            rows(|k, t, w, u| format!("{t:.2}\t{}\t{u:.1}", unit_of(k, w))),
+        ),
+        (
+            "with decimal commas",
+            "time;rate;torque\n",
+            rows(|_, t, w, u| format!("{t:.2} s;{w:.4} rad/s;{u:.1} N m").replace('.', ",")),
+        ),
+    ];
+    for (name, header, rows) in files {
+        holds(name, &format!("{header}{rows}"), RATE, TORQUE);
+    }
+    let foreign = rows(|k, t, w, u| format!("{t:.2},{w:.4} {},{u:.1}", if k == 40 { "V" } else { "rad/s" }));
+    let error =
+        read("foreign unit", &format!("time [s],rate,torque [N m]\n{foreign}"), &Intake::default()).unwrap_err();
+    assert!(error.contains("line 42") && error.contains(" V"), "{error}");
+}
