@@ -124,7 +124,6 @@ struct Process<'a> {
     rules: Rules,
     finished: bool,
     others_done: Vec<PartitionId>,
-    timetable: Option<Timetable>,
     is_back: bool,
     told_anew: bool,
     last_beat: Instant,
@@ -174,10 +173,8 @@ impl<'a> Process<'a> {
         }
         let hardening = Hardening::confine(dir, id, run);
         runner.work_beside();
-        let timetable = timetable(run, id, runner.frames_done());
-        timetable.into_iter().for_each(|table| runner.keep_time(table));
+        timetable(run, id).into_iter().for_each(|table| runner.keep_time(table));
         let mut process = Process {
-            timetable,
             is_back: life.epoch == 0,
             told_anew: false,
             reported: runner.counters(),
@@ -334,20 +331,18 @@ impl<'a> Process<'a> {
 
     /// `--speed`: a simulated source does not run ahead of N times real time.
     fn frames_allowed(&self) -> u64 {
-        let due = |table: Timetable| {
-            let done = self.runner.frames_done().saturating_sub(table.first_frame);
-            table.frames_due(sys::monotonic_ns()).saturating_sub(done)
-        };
-        self.timetable.map_or(FRAMES_PER_TURN, due).min(FRAMES_PER_TURN)
+        let due = |table: Timetable| table.frames_due(self.runner.frames_done(), sys::monotonic_ns());
+        self.runner.timetable().map_or(FRAMES_PER_TURN, due).min(FRAMES_PER_TURN)
     }
 
     fn time_to_next_frame(&self) -> Duration {
-        let until_due = |table: Timetable| {
-            let due_ns = table.due_ns(self.runner.frames_done());
-            Duration::from_nanos(due_ns.saturating_sub(sys::monotonic_ns()).max(TIMER_MIN_NS))
+        let until_due = |table: Timetable| match table.due_ns(self.runner.frames_done()) {
+            // The source is not ready to begin.
+            0 => WORK_LOOK,
+            due_ns => Duration::from_nanos(due_ns.saturating_sub(sys::monotonic_ns()).max(TIMER_MIN_NS)),
         };
         let is_fed = self.run.feed.is_some() && self.runner.id() == PartitionId::SensorSim;
-        self.timetable.map_or(BEAT, until_due).min(if is_fed { FEED_LOOK } else { BEAT })
+        self.runner.timetable().map_or(BEAT, until_due).min(if is_fed { FEED_LOOK } else { BEAT })
     }
 
     fn wake_everybody(&mut self) {
@@ -392,11 +387,10 @@ fn keep_records(runner: &mut Runner<ShmLink>, run: &RunConfig, dir: &RunDir, lif
     Ok(())
 }
 
-/// Of a source that follows the clock at `--speed`; it begins now with frame `first_frame`.
-fn timetable(run: &RunConfig, id: PartitionId, first_frame: u64) -> Option<Timetable> {
+/// Of a source that follows the clock at `--speed`.
+fn timetable(run: &RunConfig, id: PartitionId) -> Option<Timetable> {
     let speed = run.speed.filter(|_| id == PartitionId::SensorSim)?;
-    let interval_ns = (run.period_ns as f64 / speed) as u64;
-    Some(Timetable { begin_ns: sys::monotonic_ns(), first_frame, interval_ns })
+    Some(Timetable::new((run.period_ns as f64 / speed) as u64))
 }
 
 fn give_up(lost: PartitionId) -> Command {

@@ -254,6 +254,11 @@ impl<L: Link> Runner<L> {
     pub fn keep_time(&mut self, timetable: Timetable) {
         self.timetable = Some(timetable);
     }
+    /// When frames are due, of a source that follows the clock.
+    #[must_use]
+    pub fn timetable(&self) -> Option<Timetable> {
+        self.timetable
+    }
     /// Notes frames, sends and checkpoints from now on.
     pub fn trace_to(&mut self, trace: Trace) {
         self.trace = Some(trace);

@@ -93,7 +93,14 @@ impl<L: Link> Runner<L> {
     pub(super) fn note_times(&mut self, frame: u64, started_ns: u64, newest_ns: u64) -> Result<(), RunError> {
         let now_ns = self.link.now_ns();
         let is_source = self.pacing.is_some();
-        let due_ns = if is_source { self.timetable.map_or(0, |table| table.due_ns(frame)) } else { newest_ns };
+        let due_ns = match &mut self.timetable {
+            Some(table) if is_source => {
+                table.begin(frame, started_ns);
+                table.due_ns(frame)
+            }
+            _ if is_source => 0,
+            _ => newest_ns,
+        };
         self.times.frame.record(now_ns.saturating_sub(started_ns));
         if due_ns > 0 {
             let since_due_ns = now_ns.saturating_sub(due_ns);
