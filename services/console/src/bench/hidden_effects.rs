@@ -65,8 +65,13 @@ pub(super) fn measure(arguments: &Arguments, to: &mut Answers) -> Result<(), Fai
         )));
     }
     let chosen = |hidden: &Hidden| arguments.only.is_empty() || arguments.only.iter().any(|kind| kind == hidden.kind);
-    let flights: Vec<Flight> =
-        all.into_iter().filter(chosen).map(|hidden| Flight::of(hidden, arguments.seed)).collect();
+    let flown = |hidden| {
+        let flight = Flight::of(hidden, arguments.seed);
+        // one that is stopped leaves the rows until then
+        tell(&flight.row());
+        flight
+    };
+    let flights: Vec<Flight> = all.into_iter().filter(chosen).map(flown).collect();
     let object = || {
         let rows: Vec<Value> = flights.iter().map(Flight::json).collect();
         format!("{}\n", json!({ "problem": "study-case", "seed": arguments.seed, "hidden": rows }))
@@ -168,6 +173,27 @@ impl Flight {
         }
     }
 
+    /// Of a table of Markdown.
+    fn row(&self) -> String {
+        let word = |is: bool| if is { "yes" } else { "no" };
+        let found = match (self.named, &self.found[..]) {
+            (true, _) => "it".to_owned(),
+            (false, []) => "-".to_owned(),
+            (false, found) => found.join(", "),
+        };
+        format!(
+            "| {} | {} | {found} | {} | {} | {} | {:.1} | {} | {} |",
+            self.hidden.text(),
+            word(self.detected),
+            word(self.in_set),
+            word(self.confirmed),
+            word(self.put_right),
+            self.z_max,
+            self.t_detected_s.map_or("-".to_owned(), |t_s| format!("{t_s:.0} s")),
+            self.failure.as_ref().unwrap_or(&self.words)
+        )
+    }
+
     fn json(&self) -> Value {
         json!({
             "kind": self.hidden.kind, "site": self.hidden.site.to_string(), "parameter": self.hidden.parameter,
@@ -187,26 +213,9 @@ fn is_put_right(z: &[f64]) -> bool {
 
 fn markdown(flights: &[Flight]) -> String {
     let mut text = "| hidden | detected | found | in set | confirmed | parameters right | largest z | detected after | verdict |\n|---|---|---|---|---|---|---|---|---|\n".to_owned();
-    for flight in flights {
-        let word = |is: bool| if is { "yes" } else { "no" };
-        let found = match (flight.named, &flight.found[..]) {
-            (true, _) => "it".to_owned(),
-            (false, []) => "-".to_owned(),
-            (false, found) => found.join(", "),
-        };
-        let _ = writeln!(
-            text,
-            "| {} | {} | {found} | {} | {} | {} | {:.1} | {} | {} |",
-            flight.hidden.text(),
-            word(flight.detected),
-            word(flight.in_set),
-            word(flight.confirmed),
-            word(flight.put_right),
-            flight.z_max,
-            flight.t_detected_s.map_or("-".to_owned(), |t_s| format!("{t_s:.0} s")),
-            flight.failure.as_ref().unwrap_or(&flight.words)
-        );
-    }
+    flights.iter().for_each(|flight| {
+        let _ = writeln!(text, "{}", flight.row());
+    });
     let count = |is: &dyn Fn(&Flight) -> bool| flights.iter().filter(|flight| is(flight)).count();
     let _ = writeln!(
         text,
