@@ -32,7 +32,8 @@ pub fn examined(
     let problem = recording.and_then(|recording| Problem::new(plant, &[recording], &[]).ok());
     let at = parameters.unknowns.iter().zip(start).map(|(unknown, value)| (unknown.name.clone(), *value));
     let refused_at = Some(at.collect());
-    let options = Options { threads: 1, work_max: WORK_MAX, refused_at, ..Options::default() };
+    // nothing here flies an experiment
+    let options = Options { threads: 1, work_max: WORK_MAX, refused_at, next_experiment: false, ..Options::default() };
     let found = problem.map_or_else(
         || Diagnosis::cannot_decide("the rows were not kept".into()),
         |problem| Engine::default().diagnose(&problem, &options, &mut |_, _| {}),

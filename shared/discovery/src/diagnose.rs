@@ -94,6 +94,8 @@ pub struct Options {
     /// Share of the signal below which what the plant misses in free run is not worth a law; of a
     /// decision by evidence.
     pub worth: f64,
+    /// What is not decided gets an experiment that would decide it, beside the limit of the work.
+    pub next_experiment: bool,
     /// Sees the work and stops the search, which then ends with what it has found.
     pub watch: Watch,
 }
@@ -111,6 +113,7 @@ impl Default for Options {
             fit_work_min: QUICK_WORK,
             refused_at: None,
             worth: 0.0,
+            next_experiment: true,
             watch: Watch::default(),
         }
     }
@@ -261,6 +264,7 @@ fn run(
         repeat,
         notes,
         alpha: options.alpha,
+        next_experiment: options.next_experiment,
     });
     if session.work.is_stopped() && diagnosis.effects.is_empty() {
         diagnosis.reason = format!("the search was interrupted; so far: {}", diagnosis.reason);

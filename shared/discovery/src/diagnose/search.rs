@@ -111,7 +111,8 @@ impl SearchResult {
         let adopted = self.adopted.len();
         let goes_on = goes_on && adopted < options.terms_max && self.unfitted.is_empty();
         let others = if options.held_out.is_some() { self.rivals.len() } else { 0 };
-        let experiments = if is_open(&self.adopted) { entries(&session.problem.plant) } else { 0 };
+        let experiments =
+            if options.next_experiment && is_open(&self.adopted) { entries(&session.problem.plant) } else { 0 };
         Found { adopted, goes_on, others, experiments }
     }
 

@@ -39,6 +39,8 @@ pub(super) struct Findings<'a> {
     pub repeat: Option<Repeat>,
     pub notes: Vec<String>,
     pub alpha: f64,
+    /// What is not decided gets an experiment that would decide it.
+    pub next_experiment: bool,
 }
 
 impl Findings<'_> {
@@ -156,7 +158,8 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     }
     if unknown.is_none() {
         diagnosis.augmented_plant = augmented(findings);
-        match next(session, findings.best, findings.adopted) {
+        let next = findings.next_experiment.then(|| next(session, findings.best, findings.adopted));
+        match next.unwrap_or(Next::NothingOpen) {
             Next::NothingOpen => {}
             Next::Scenario(text) => diagnosis.next_experiment = Some(text),
             Next::Never(why) => diagnosis.notes.push(why),
