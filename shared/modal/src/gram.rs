@@ -11,6 +11,7 @@
 //! products of all lags from (j−1) B + 1 to (j+1) B − 1.
 
 use crate::record::Record;
+use crate::stretch::Stretch;
 use faer::{Accum, Mat, MatRef, Par};
 use std::ops::Range;
 
@@ -33,33 +34,28 @@ pub struct Gram {
     pub(crate) references: Vec<bool>,
 }
 
-/// Sums over a stretch of samples without a break.
-pub(crate) struct Stretch<'a> {
-    pub samples: u64,
-    /// `R_k[a][b]` at `a · 2il + k · l + b`.
-    pub lag_sums: &'a [f64],
-    /// First 2i samples in order of time.
-    pub head: &'a [f64],
-    /// Last 3i samples, newest first.
-    pub tail: &'a [f64],
-}
-
 /// Gram matrix over `segments` of a record of `channels` (samples one after the other); no column
 /// crosses a border.
 #[must_use]
 pub fn gram(samples: &[f64], channels: usize, block_rows: usize, segments: &[Range<usize>]) -> Gram {
     let mut gram = Gram::zeros(channels, block_rows);
-    let (rows, depth) = (2 * block_rows, TAIL_LENGTH * block_rows);
-    for segment in segments.iter().filter(|segment| segment.len() >= rows) {
-        let part = &samples[segment.start * channels..segment.end * channels];
-        let lag_sums = lag_sums(part, channels, rows);
-        let mut tail: Vec<f64> = part.rchunks_exact(channels).take(depth).flatten().copied().collect();
-        tail.resize(depth * channels, 0.0);
-        let stretch =
-            Stretch { samples: segment.len() as u64, lag_sums: &lag_sums, head: &part[..rows * channels], tail: &tail };
-        gram.add(&stretch);
+    for segment in segments.iter().filter(|segment| segment.len() >= 2 * block_rows) {
+        gram.add(&stretch(&samples[segment.start * channels..segment.end * channels], channels, block_rows));
     }
     gram
+}
+
+/// Sums over at least 2i samples.
+pub(crate) fn stretch(samples: &[f64], channels: usize, block_rows: usize) -> Stretch {
+    let (rows, depth) = (2 * block_rows, TAIL_LENGTH * block_rows);
+    let mut tail: Vec<f64> = samples.rchunks_exact(channels).take(depth).flatten().copied().collect();
+    tail.resize(depth * channels, 0.0);
+    Stretch {
+        samples: (samples.len() / channels) as u64,
+        lag_sums: lag_sums(samples, channels, rows),
+        head: samples[..rows * channels].to_vec(),
+        tail,
+    }
 }
 
 /// As [`gram`], of the outputs of a record over its segments.
@@ -135,13 +131,13 @@ impl Gram {
 
     /// Adds the Gram matrix of one stretch: first block row from the lag sums, the rest by
     /// displacement.
-    pub(crate) fn add(&mut self, stretch: &Stretch<'_>) {
+    pub(crate) fn add(&mut self, stretch: &Stretch) {
         let (l, rows) = (self.channels, 2 * self.block_rows);
         if stretch.samples < rows as u64 {
             return;
         }
         self.columns += stretch.samples - rows as u64 + 1;
-        self.tails.push((stretch.samples, stretch.tail.to_vec()));
+        self.tails.push((stretch.samples, stretch.tail.clone()));
         let first_row = self.first_block_row(stretch);
         for q in 0..rows {
             // `acc` walks down the diagonal G[0,q], G[1,q+1], …
@@ -151,19 +147,19 @@ impl Gram {
                     displace(&mut acc, stretch, l, (p, q, rows));
                 }
                 for a in 0..l {
-                    for b in 0..l {
-                        self.matrix[((p + q) * l + b, p * l + a)] += acc[a * l + b];
-                        if q > 0 {
-                            self.matrix[(p * l + a, (p + q) * l + b)] += acc[a * l + b];
-                        }
-                    }
+                    let below = &mut self.matrix.col_as_slice_mut(p * l + a)[(p + q) * l..(p + q + 1) * l];
+                    below.iter_mut().zip(&acc[a * l..(a + 1) * l]).for_each(|(sum, x)| *sum += x);
+                }
+                for b in 0..if q > 0 { l } else { 0 } {
+                    let above = &mut self.matrix.col_as_slice_mut((p + q) * l + b)[p * l..(p + 1) * l];
+                    above.iter_mut().zip(acc.iter().skip(b).step_by(l)).for_each(|(sum, x)| *sum += x);
                 }
             }
         }
     }
 
     /// `G[0,k] = Σ_{t<Nc} y_t y_{t+k}ᵀ`: the lag sums without the products that end in no column.
-    fn first_block_row(&self, stretch: &Stretch<'_>) -> Vec<f64> {
+    fn first_block_row(&self, stretch: &Stretch) -> Vec<f64> {
         let (l, rows) = (self.channels, 2 * self.block_rows);
         let width = rows * l;
         let mut first_row = vec![0.0; rows * l * l];
@@ -189,7 +185,7 @@ impl Gram {
 }
 
 /// One step down the diagonal `q`, to block row `p`.
-fn displace(acc: &mut [f64], stretch: &Stretch<'_>, l: usize, (p, q, rows): (usize, usize, usize)) {
+fn displace(acc: &mut [f64], stretch: &Stretch, l: usize, (p, q, rows): (usize, usize, usize)) {
     let (head_p, head_q) = (&stretch.head[(p - 1) * l..p * l], &stretch.head[(p + q - 1) * l..(p + q) * l]);
     let (late_p, late_q) = (rows - 1 - p, rows - 1 - p - q);
     let (tail_p, tail_q) = (&stretch.tail[late_p * l..(late_p + 1) * l], &stretch.tail[late_q * l..(late_q + 1) * l]);

@@ -11,11 +11,11 @@ use crate::decimation::{HalfBand, PASS_BAND};
 use crate::gram::Gram;
 use crate::mac::modal_assurance_criterion;
 use crate::pairs::PairCovariances;
-use crate::selection::{Mode, Selection, SelectionSettings, Swept, select_modes};
+use crate::selection::{Mode, Parts, Selection, SelectionSettings, Swept, select_modes};
 use crate::ssi_cov::SsiError;
 use crate::stabilisation::{RejectedPole, Rejection};
 use crate::streaming::StreamingCovariance;
-use crate::uncertainty::{Blocks, relative_variance};
+use crate::uncertainty::relative_variance;
 
 /// Part of the undecimated rate up to which poles are taken: the last 2 % before the Nyquist
 /// frequency fold easily.
@@ -189,8 +189,8 @@ impl ModalIdentifier {
     pub(crate) fn select(&self, config: &Config, wanted: Wanted<'_>) -> Result<Vec<Selection>, ModalError> {
         let rates = self.covariances.iter().enumerate().filter(|(halving, _)| wanted.has(*halving));
         let select = |(halving, covariance): (usize, &StreamingCovariance)| {
-            let (gram, blocks) = (covariance.gram(), covariance.block_grams());
-            (halving, select_at(config, halving, (&gram, Blocks::Windows(&blocks)), wanted))
+            let (gram, blocks) = (covariance.gram(), covariance.complete_blocks());
+            (halving, select_at(config, halving, (&gram, Parts::Windows(&blocks)), wanted))
         };
         of_all_rates(config, self.samples(), rates.map(select))
     }
@@ -227,7 +227,7 @@ pub(crate) fn select_by_pairs(
 ) -> Result<Vec<Selection>, ModalError> {
     let rates = rates.iter().enumerate().filter(|(halving, _)| wanted.has(*halving));
     let select = |(halving, of): (usize, &PairCovariances)| {
-        (halving, select_at(config, halving, (&of.gram(), Blocks::Pairs(of)), wanted))
+        (halving, select_at(config, halving, (&of.gram(), Parts::Pairs(of)), wanted))
     };
     of_all_rates(config, rows, rates.map(select))
 }
@@ -235,14 +235,14 @@ pub(crate) fn select_by_pairs(
 fn select_at(
     config: &Config,
     halving: usize,
-    (gram, blocks): (&Gram, Blocks<'_>),
+    (gram, parts): (&Gram, Parts<'_>),
     wanted: Wanted<'_>,
 ) -> Result<Vec<Selection>, SsiError> {
     let decimation = 1usize << halving;
     let sample_rate_hz = config.sample_rate_hz / decimation as f64;
     let usable_hz = sample_rate_hz * if halving == 0 { USABLE_BAND } else { PASS_BAND };
     let (low, high) = config.band_hz.unwrap_or((0.0, usable_hz));
-    let swept = Swept { gram, blocks, sample_rate_hz, band_hz: (low, high.min(usable_hz)), decimation };
+    let swept = Swept { gram, parts, sample_rate_hz, band_hz: (low, high.min(usable_hz)), decimation };
     select_modes(swept, &config.selection, wanted.collinearities_min)
 }
 

@@ -30,6 +30,7 @@
 //! |---|---|
 //! | `identifier` | the identifier in flight: samples in, modes out |
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
+//! | `stretch` | products of the Gram matrix of a part of a record, without the matrix |
 //! | `operational` | a whole record without inputs, as it is: gaps, tones, late channels |
 //! | `tones` | tones of machines: found, distinguished from modes, taken out |
 //! | `pairs`, `short_gaps` | a stationary record with samples missing: covariances of pairs; short gaps filled |
@@ -94,6 +95,7 @@ pub mod singular_values;
 pub mod ssi_cov;
 pub mod stabilisation;
 pub mod streaming;
+pub mod stretch;
 #[cfg(test)]
 #[path = "../tests/cases/noise.rs"]
 mod test_noise;

@@ -15,10 +15,12 @@ use faer::c64;
 
 use crate::adequacy::chi_square_tail;
 use crate::gram::Gram;
+use crate::pairs::PairCovariances;
 use crate::shape_uncertainty::{ShapeScale, shape_deviations};
 use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
 use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, tracks};
-use crate::uncertainty::{Blocks, PoleDeviation, pole_deviations, residual};
+use crate::stretch::Stretch;
+use crate::uncertainty::{BlockProduct, Blocks, PoleDeviation, pole_deviations, residual};
 use crate::weighting::homogeneous;
 
 /// Variances this close to the smallest count as equal; the lowest order wins.
@@ -98,11 +100,20 @@ pub struct Selection {
     pub rejected: Vec<RejectedPole>,
 }
 
+/// Parts of a record at one rate.
+#[derive(Clone, Copy)]
+pub(crate) enum Parts<'a> {
+    /// Without a break; none when there are few.
+    Windows(&'a [Stretch]),
+    /// Pairs of samples.
+    Pairs(&'a PairCovariances),
+}
+
 /// What is swept at one sample rate.
 #[derive(Clone, Copy)]
 pub(crate) struct Swept<'a> {
     pub gram: &'a Gram,
-    pub blocks: Blocks<'a>,
+    pub parts: Parts<'a>,
     pub sample_rate_hz: f64,
     /// Frequencies sought.
     pub band_hz: (f64, f64),
@@ -120,23 +131,23 @@ pub(crate) fn select_modes(
     settings: &SelectionSettings,
     collinearities_min: &[f64],
 ) -> Result<Vec<Selection>, SsiError> {
-    let Swept { gram, blocks, sample_rate_hz, band_hz, decimation } = swept;
+    let Swept { mut gram, parts, sample_rate_hz, band_hz, decimation } = swept;
     let mut realisation = realise(gram, settings.order_max)?;
-    let homogeneous = match blocks {
-        Blocks::Windows(grams) => homogeneous(grams, &realisation),
-        Blocks::Pairs(_) => None,
-    };
-    let (gram, blocks) = match &homogeneous {
-        Some((gram, blocks)) => {
-            realisation = realise(gram, settings.order_max)?;
-            (gram, Blocks::Windows(blocks))
-        }
-        None => (gram, blocks),
-    };
+    let weighted;
+    let products: Vec<BlockProduct>;
     // Pairs are taken of ambient records alone, whose residual is never white.
-    let complete_order = match blocks {
-        Blocks::Windows(_) => complete_order(gram, &realisation),
-        Blocks::Pairs(_) => None,
+    let (blocks, complete_order) = match parts {
+        Parts::Windows(stretches) => {
+            let mut stretches = stretches;
+            weighted = homogeneous(stretches, (gram.channels, gram.block_rows), &realisation);
+            if let Some((sum, blocks)) = &weighted {
+                realisation = realise(sum, settings.order_max)?;
+                (gram, stretches) = (sum, blocks);
+            }
+            products = stretches.iter().map(|stretch| BlockProduct::new(stretch, &realisation)).collect();
+            (Blocks::Windows(&products), complete_order(gram, &realisation))
+        }
+        Parts::Pairs(pairs) => (Blocks::Pairs(pairs), None),
     };
     let mut selection = Selection::default();
     let mut poles = Vec::new();
@@ -272,9 +283,9 @@ impl Appraisal<'_> {
     /// Deviations of the components of a shape; none from pairs of samples, whose covariances have
     /// no windows to propagate.
     fn of_shape(&self, pole: &Pole, scale: ShapeScale) -> Vec<c64> {
-        let Blocks::Windows(grams) = self.blocks else { return Vec::new() };
+        let Blocks::Windows(products) = self.blocks else { return Vec::new() };
         let residual = residual(self.gram, self.realisation, pole.order);
-        shape_deviations(self.gram, grams, self.realisation, &residual, pole, scale)
+        shape_deviations(self.gram, products, self.realisation, &residual, pole, scale)
     }
 
     /// Of each track the pole of lowest order among `candidates` (positions) whose variance is

@@ -20,9 +20,9 @@
 
 use crate::gram::Gram;
 use crate::ssi_cov::{Pole, Realisation};
-use crate::uncertainty::{Residual, past_moments};
+use crate::uncertainty::{BlockProduct, Residual, along_states, past_moments, spread_scale};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, c64};
+use faer::{Mat, c64};
 
 /// What holds the scale of a shape when its deviations are stated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -38,6 +38,8 @@ struct ShapeFilters {
     re: Mat<f64>,
     im: Mat<f64>,
     r: Vec<c64>,
+    /// r in the columns of V.
+    along: Vec<c64>,
 }
 
 /// Standard deviations of real and imaginary part of every component of `pole.mode_shape`.
@@ -46,7 +48,7 @@ struct ShapeFilters {
 #[must_use]
 pub fn shape_deviations(
     gram: &Gram,
-    block_grams: &[Gram],
+    blocks: &[BlockProduct],
     realisation: &Realisation,
     residual: &Residual,
     pole: &Pole,
@@ -65,7 +67,7 @@ pub fn shape_deviations(
             *variance = if sampled[0] + sampled[1] > variance[0] + variance[1] { sampled } else { *variance };
         }
     }
-    if let Some(spread) = block_variances(block_grams, gram.columns, &filters) {
+    if let Some(spread) = block_variances(blocks, gram.columns, &filters) {
         for (variance, spread) in variances.iter_mut().zip(spread) {
             *variance = [variance[0].max(spread[0]), variance[1].max(spread[1])];
         }
@@ -102,13 +104,11 @@ fn shape_filters(realisation: &Realisation, pole: &Pole, scale: ShapeScale) -> S
         *part -= u * inside;
     }
     rescale(&mut re, &mut im, &shape, &pole.mode_shape, scale);
+    let along = along_states(realisation, pole);
     let r = (0..half)
-        .map(|row| {
-            let terms = pole.right.iter().zip(&realisation.singular_values).enumerate();
-            terms.fold(c64::new(0.0, 0.0), |sum, (k, (phi, s))| sum + *phi * (realisation.v[(row, k)] / s))
-        })
+        .map(|row| along.iter().enumerate().fold(c64::new(0.0, 0.0), |sum, (k, x)| sum + *x * realisation.v[(row, k)]))
         .collect();
-    ShapeFilters { re, im, r }
+    ShapeFilters { re, im, r, along }
 }
 
 /// `X_c R⁻¹` for every channel: rows of `C S_z` behind the triangle.
@@ -228,29 +228,18 @@ fn sampled_variances(gram: &Gram, filters: &ShapeFilters, past: &[(c64, c64)]) -
 }
 
 /// Spread of `q̃ H_b r` over the blocks, scaled to the whole record; `None` without blocks.
-fn block_variances(blocks: &[Gram], columns: u64, filters: &ShapeFilters) -> Option<Vec<[f64; 2]>> {
-    if blocks.len() < 2 {
-        return None;
-    }
+fn block_variances(blocks: &[BlockProduct], columns: u64, filters: &ShapeFilters) -> Option<Vec<[f64; 2]>> {
+    let scale = spread_scale(blocks, columns)?;
     let (count, l) = (blocks.len() as f64, filters.re.ncols());
-    let in_blocks: u64 = blocks.iter().map(|block| block.columns).sum();
-    let scale = count / (count - 1.0) * columns as f64 / in_blocks as f64;
-    let half = filters.re.nrows();
-    let r = Mat::from_fn(half, 2, |row, part| if part == 0 { filters.r[row].re } else { filters.r[row].im });
-    let moves: Vec<Mat<f64>> = blocks
-        .iter()
-        .map(|block| {
-            let moved = block.matrix.submatrix(half, 0, half, half) * &r;
-            let by = |part: MatRef<'_, f64>| part.transpose() * &moved;
-            let (re, im) = (by(filters.re.as_ref()), by(filters.im.as_ref()));
-            Mat::from_fn(l, 2, |c, part| if part == 0 { re[(c, 0)] - im[(c, 1)] } else { re[(c, 1)] + im[(c, 0)] })
-        })
-        .collect();
-    let variance = |c: usize, part: usize| {
-        let mean = moves.iter().map(|m| m[(c, part)]).sum::<f64>() / count;
-        scale * moves.iter().map(|m| (m[(c, part)] - mean) * (m[(c, part)] - mean)).sum::<f64>()
+    let part = |k: usize| if k.is_multiple_of(2) { &filters.re } else { &filters.im };
+    let pairs = Mat::from_fn(filters.re.nrows(), 2 * l, |row, k| part(k)[(row, k / 2)]);
+    let along = || std::iter::repeat_n(&filters.along[..], l);
+    let moves: Vec<Vec<c64>> = blocks.iter().map(|block| block.moves(&pairs, along())).collect();
+    let variance = |c: usize, part: fn(&c64) -> f64| {
+        let mean = moves.iter().map(|m| part(&m[c])).sum::<f64>() / count;
+        scale * moves.iter().map(|m| (part(&m[c]) - mean) * (part(&m[c]) - mean)).sum::<f64>()
     };
-    Some((0..l).map(|c| [variance(c, 0), variance(c, 1)]).collect())
+    Some((0..l).map(|c| [variance(c, |x| x.re), variance(c, |x| x.im)]).collect())
 }
 
 #[cfg(test)]

@@ -27,12 +27,13 @@
 //! Fails (too small) when an unmodelled mode biases the pole; too few blocks give no second
 //! estimate.
 
-use faer::{Accum, Mat, Par, c64};
+use faer::{Accum, Mat, Par, Scale, c64};
 
 use crate::adequacy::chi_square_tail;
 use crate::gram::Gram;
 use crate::pairs::PairCovariances;
 use crate::ssi_cov::{Pole, Realisation};
+use crate::stretch::Stretch;
 
 /// A residual is called white when the mean square of its lagged correlations is below this many
 /// times that of white noise, 1/Nc: with only 40 independent lags (one channel) the ratio scatters
@@ -77,9 +78,45 @@ pub(crate) fn relative_variance(sigma_frequency: f64, sigma_damping: f64, dampin
 #[derive(Clone, Copy)]
 pub enum Blocks<'a> {
     /// Of whole windows; none when there are few.
-    Windows(&'a [Gram]),
+    Windows(&'a [BlockProduct]),
     /// Of pairs of samples, at one rate.
     Pairs(&'a PairCovariances),
+}
+
+/// `H_b V` of a block of whole windows (il × n): all that first-order deviations ask of its
+/// future–past product, because every `r` lies in the span of V.
+#[derive(Clone, Debug)]
+pub struct BlockProduct {
+    columns: u64,
+    future_past: Mat<f64>,
+}
+
+impl BlockProduct {
+    /// Cost: 2 (il)² n.
+    #[must_use]
+    pub fn new(block: &Stretch, realisation: &Realisation) -> Self {
+        let block_rows = realisation.u.nrows() / realisation.channels;
+        Self { columns: block.columns(), future_past: block.product(block_rows, realisation.v.as_ref()) }
+    }
+
+    /// `F_kᵀ H_b r_k` for pairs of columns of `filters` (real and imaginary part) and the vectors
+    /// `r_k = V along_k`.
+    pub(crate) fn moves<'a>(&self, filters: &Mat<f64>, along: impl Iterator<Item = &'a [c64]>) -> Vec<c64> {
+        let across = self.future_past.transpose() * filters;
+        let of = |(k, along): (usize, &[c64])| {
+            let parts = across.col_as_slice(2 * k).iter().zip(across.col_as_slice(2 * k + 1));
+            along.iter().zip(parts).fold(c64::new(0.0, 0.0), |sum, (r, (re, im))| sum + c64::new(*re, *im) * r)
+        };
+        along.enumerate().map(of).collect()
+    }
+}
+
+/// Factor from the sum of squares over the blocks about their mean to the variance over `columns`;
+/// `None` where there are fewer than two.
+pub(crate) fn spread_scale(blocks: &[BlockProduct], columns: u64) -> Option<f64> {
+    let count = blocks.len() as f64;
+    let in_blocks: u64 = blocks.iter().map(|block| block.columns).sum();
+    (blocks.len() > 1).then(|| count / (count - 1.0) * columns as f64 / in_blocks as f64)
 }
 
 /// Second moments of a complex first-order deviation: `E|δz|²` and `E δz²`.
@@ -93,12 +130,13 @@ struct Moments {
 struct Sensitivity {
     q: Vec<c64>,
     r: Vec<c64>,
+    /// `S⁻¹ φ`: r in the columns of V.
+    along: Vec<c64>,
 }
 
 /// Deviations of `poles`, in their order.
 ///
-/// Cost per pole: 4 i (il)² multiply-adds, in one matrix product per lag for all poles; per block
-/// (il)².
+/// Cost per pole: 8 (il)² multiply-adds, in one matrix product for all poles; per block 2 il n.
 #[must_use]
 pub fn pole_deviations(
     gram: &Gram,
@@ -108,8 +146,8 @@ pub fn pole_deviations(
     sample_rate_hz: f64,
 ) -> Vec<PoleDeviation> {
     let sensitivities: Vec<Sensitivity> = poles.iter().map(|pole| sensitivity(realisation, pole)).collect();
-    let block_grams = match blocks {
-        Blocks::Windows(grams) => grams,
+    let products = match blocks {
+        Blocks::Windows(products) => products,
         Blocks::Pairs(lags) => {
             let moments = pair_moments(lags, gram.columns, &sensitivities);
             let both = poles.iter().zip(moments).zip(&sensitivities);
@@ -130,7 +168,7 @@ pub fn pole_deviations(
         .map(|pole| &of_orders[orders.binary_search(&pole.order).expect("every order of a pole is in the list")])
         .collect();
     let bartlett = bartlett_moments(gram, &residuals, &sensitivities);
-    let spread = block_moments(block_grams, gram.columns, &sensitivities);
+    let spread = block_moments(products, gram.columns, &sensitivities);
     poles
         .iter()
         .enumerate()
@@ -139,7 +177,7 @@ pub fn pole_deviations(
             deviation.complete = residuals[index].is_white();
             if let Some(spread) = &spread {
                 let other = self::deviation(pole, spread[index], sample_rate_hz);
-                let degrees = (block_grams.len() - 1) as f64;
+                let degrees = (products.len() - 1) as f64;
                 deviation.sigma_frequency_hz =
                     unless_chance(deviation.sigma_frequency_hz, other.sigma_frequency_hz, degrees);
                 deviation.sigma_damping = unless_chance(deviation.sigma_damping, other.sigma_damping, degrees);
@@ -202,9 +240,14 @@ fn sensitivity(realisation: &Realisation, pole: &Pole) -> Sensitivity {
             *q -= along * realisation.u[(row, column)];
         }
     }
-    let scaled: Vec<c64> = pole.right.iter().zip(&realisation.singular_values).map(|(phi, s)| *phi / *s).collect();
-    let r = (0..half).map(|row| combine(&realisation.v, row, &scaled)).collect();
-    Sensitivity { q, r }
+    let along = along_states(realisation, pole);
+    let r = (0..half).map(|row| combine(&realisation.v, row, &along)).collect();
+    Sensitivity { q, r, along }
+}
+
+/// `S⁻¹ φ`.
+pub(crate) fn along_states(realisation: &Realisation, pole: &Pole) -> Vec<c64> {
+    pole.right.iter().zip(&realisation.singular_values).map(|(phi, s)| *phi / *s).collect()
 }
 
 fn combine(matrix: &Mat<f64>, row: usize, weights: &[c64]) -> c64 {
@@ -232,33 +275,39 @@ impl Residual {
     }
 }
 
-/// Residual of the past outside the first `order` states: `(I − U Uᵀ) G_pp (I − U Uᵀ) / Nc`.
+/// Residual of the past outside the first `order` states, `(I − U Uᵀ) G_pp (I − U Uᵀ) / Nc
+/// = (G_pp − U Dᵀ − D Uᵀ) / Nc`, `D = G_pp U − ½ U Uᵀ G_pp U`, one block column at a time.
 ///
-/// Cost: 2 n (il)².
+/// Cost: 4 n (il)².
 #[must_use]
 pub fn residual(gram: &Gram, realisation: &Realisation, order: usize) -> Residual {
     let (l, half, i) = (gram.channels, gram.half(), gram.block_rows);
     let u = realisation.u.get(.., ..order);
     let past = gram.matrix.submatrix(0, 0, half, half);
-    let once = past - u * (u.transpose() * past);
-    let outside = &once - (&once * u) * u.transpose();
+    let across = past * u;
+    let d = &across - u * (u.transpose() * &across * Scale(0.5));
+    let left = Mat::from_fn(half, 2 * order, |row, k| if k < order { u[(row, k)] } else { d[(row, k - order)] });
+    let right = Mat::from_fn(half, 2 * order, |row, k| if k < order { d[(row, k)] } else { u[(row, k - order)] });
     let scale = half as f64 / ((half - order) as f64 * gram.columns as f64);
     let mut covariance = vec![0.0; l * l];
+    let mut squares = vec![0.0; l * l];
     for block in 0..i {
-        for a in 0..l {
-            for b in 0..l {
-                covariance[a * l + b] += scale / i as f64 * outside[(block * l + a, block * l + b)];
-            }
+        // By symmetry from the diagonal down.
+        let (at, rows) = (block * l, half - block * l);
+        let mut outside = past.submatrix(at, at, rows, l).to_owned();
+        let (left, right) = (left.submatrix(at, 0, rows, 2 * order), right.submatrix(at, 0, l, 2 * order));
+        faer::linalg::matmul::matmul(outside.as_mut(), Accum::Add, left, right.transpose(), -1.0, Par::Seq);
+        for b in 0..l {
+            let mut blocks = outside.col_as_slice(b).chunks_exact(l);
+            let own = blocks.next().unwrap_or(&[]);
+            covariance.iter_mut().skip(b).step_by(l).zip(own).for_each(|(sum, x)| *sum += scale / i as f64 * x);
+            let squares = &mut squares[b * l..(b + 1) * l];
+            blocks.for_each(|below| squares.iter_mut().zip(below).for_each(|(sum, x)| *sum += x * x));
         }
     }
     let inverse: Vec<f64> = (0..l).map(|a| 1.0 / covariance[a * l + a]).collect();
-    let mut lagged = 0.0;
-    for column in 0..half {
-        let block = column / l;
-        let others = outside.col_as_slice(column).chunks_exact(l).enumerate().filter(|(other, _)| *other != block);
-        let sum = |rows: &[f64]| rows.iter().zip(&inverse).map(|(x, inverse)| x * x * inverse).sum::<f64>();
-        lagged += others.map(|(_, rows)| sum(rows)).sum::<f64>() * inverse[column % l] * scale * scale;
-    }
+    let weighted = |(k, sum): (usize, &f64)| sum * inverse[k / l] * inverse[k % l];
+    let lagged = 2.0 * scale * scale * squares.iter().enumerate().map(weighted).sum::<f64>();
     let pairs = (half * (half - l)) as f64;
     // The projection itself leaves correlations of mean square n / (il)².
     let expected = 1.0 / gram.columns as f64 + order as f64 / (half * half) as f64;
@@ -277,26 +326,26 @@ fn bartlett_moments(gram: &Gram, residuals: &[&Residual], sensitivities: &[Sensi
             filters[(row, 4 * index + 3)] = s.r[row].im;
         }
     }
-    let mut lagged = Mat::<f64>::zeros(half, columns);
+    let product = gram.matrix.submatrix(0, 0, 2 * half, half) * &filters;
+    let coloured: Vec<Vec<c64>> =
+        sensitivities.iter().zip(residuals).map(|(s, residual)| coloured(&s.q, &residual.covariance, l)).collect();
     let zero = Moments { absolute: 0.0, plain: c64::new(0.0, 0.0) };
     let (mut white, mut sampled) = (vec![zero; sensitivities.len()], vec![zero; sensitivities.len()]);
     let overhangs: Vec<Vec<Vec<c64>>> = sensitivities.iter().map(|s| last_columns(gram, &s.r)).collect();
     for k in 0..gram.block_rows {
-        let shifted = gram.matrix.submatrix(0, k * l, half, half);
-        faer::linalg::matmul::matmul(lagged.as_mut(), Accum::Replace, shifted, filters.as_ref(), 1.0, Par::Seq);
         let twice = if k == 0 { 1.0 } else { 2.0 };
         for (index, s) in sensitivities.iter().enumerate() {
-            let (mut c_abs, mut c_plain) = lag_sums(&filters, &lagged, 4 * index + 2);
+            let (mut c_abs, mut c_plain) = lag_sums(&filters, &product, (4 * index + 2, k * l));
             for overhang in &overhangs[index] {
                 let (abs, plain) = beyond_the_last_column(overhang, gram.block_rows, k);
                 c_abs -= abs;
                 c_plain -= plain;
             }
-            let (e_abs, e_plain) = lag_sums(&filters, &lagged, 4 * index);
+            let (e_abs, e_plain) = lag_sums(&filters, &product, (4 * index, k * l));
             let per_column = twice / gram.columns as f64;
             sampled[index].absolute += per_column * (e_abs * c_abs).re;
             sampled[index].plain += e_plain * c_plain * per_column;
-            let (e_abs, e_plain) = white_lag(&s.q, &residuals[index].covariance, l, k);
+            let (e_abs, e_plain) = white_lag(&s.q[k * l..], &coloured[index]);
             white[index].absolute += twice * (e_abs * c_abs).re;
             white[index].plain += e_plain * c_plain * twice;
         }
@@ -313,11 +362,11 @@ fn bartlett_moments(gram: &Gram, residuals: &[&Residual], sensitivities: &[Sensi
 pub(crate) fn past_moments(gram: &Gram, r: &[c64]) -> Vec<(c64, c64)> {
     let (l, half) = (gram.channels, gram.half());
     let filters = Mat::from_fn(half, 2, |row, part| if part == 0 { r[row].re } else { r[row].im });
+    let product = gram.matrix.submatrix(0, 0, 2 * half, half) * &filters;
     let overhangs = last_columns(gram, r);
     (0..gram.block_rows)
         .map(|k| {
-            let lagged = gram.matrix.submatrix(0, k * l, half, half) * &filters;
-            let (mut absolute, mut plain) = lag_sums(&filters, &lagged, 0);
+            let (mut absolute, mut plain) = lag_sums(&filters, &product, (0, k * l));
             for overhang in &overhangs {
                 let (abs, both) = beyond_the_last_column(overhang, gram.block_rows, k);
                 absolute -= abs;
@@ -362,46 +411,45 @@ fn beyond_the_last_column(newest_first: &[c64], block_rows: usize, k: usize) -> 
     (absolute, plain)
 }
 
-/// `(Σ_m q_{m+k} Σ₀ q_mᴴ, Σ_m q_{m+k} Σ₀ q_mᵀ)`.
-fn white_lag(q: &[c64], covariance: &[f64], l: usize, k: usize) -> (c64, c64) {
+/// `Σ₀ q_m` of every block.
+fn coloured(q: &[c64], covariance: &[f64], l: usize) -> Vec<c64> {
+    let of = |(k, _): (usize, &c64)| {
+        let block = k / l * l;
+        (0..l).fold(c64::new(0.0, 0.0), |sum, b| sum + q[block + b] * covariance[k % l * l + b])
+    };
+    q.iter().enumerate().map(of).collect()
+}
+
+/// `(Σ_m q_{m+k} Σ₀ q_mᴴ, Σ_m q_{m+k} Σ₀ q_mᵀ)` of `q` from block k on and `Σ₀ q`.
+fn white_lag(later: &[c64], coloured: &[c64]) -> (c64, c64) {
     let (mut absolute, mut plain) = (c64::new(0.0, 0.0), c64::new(0.0, 0.0));
-    for (later, earlier) in q[k * l..].chunks_exact(l).zip(q.chunks_exact(l)) {
-        for (a, later) in later.iter().enumerate() {
-            let mut coloured = c64::new(0.0, 0.0);
-            for (b, earlier) in earlier.iter().enumerate() {
-                coloured += *earlier * covariance[a * l + b];
-            }
-            absolute += later * coloured.conj();
-            plain += later * coloured;
-        }
+    for (later, coloured) in later.iter().zip(coloured) {
+        absolute += later * coloured.conj();
+        plain += later * coloured;
     }
     (absolute, plain)
 }
 
-/// `(x G_k xᴴ, x G_k xᵀ)` for the complex filter in columns `at`, `at + 1`.
-fn lag_sums(filters: &Mat<f64>, lagged: &Mat<f64>, at: usize) -> (c64, c64) {
+/// `(x G_k xᴴ, x G_k xᵀ)` for the complex filter in columns `at`, `at + 1`, from the product of the
+/// Gram matrix with the filters: row `shift` of it is block row k, and `G_kᵀ` lies below it.
+fn lag_sums(filters: &Mat<f64>, product: &Mat<f64>, (at, shift): (usize, usize)) -> (c64, c64) {
     let dot = |a: usize, b: usize| -> f64 {
-        let (a, b) = (filters.col_as_slice(a), lagged.col_as_slice(b));
-        a.iter().zip(b).map(|(a, b)| a * b).sum()
+        let (a, b) = (product.col_as_slice(a), filters.col_as_slice(b));
+        a[shift..].iter().zip(b).map(|(a, b)| a * b).sum()
     };
     let (rr, ri, ir, ii) = (dot(at, at), dot(at, at + 1), dot(at + 1, at), dot(at + 1, at + 1));
     (c64::new(rr + ii, ir - ri), c64::new(rr - ii, ri + ir))
 }
 
 /// Spread of `q H_b r` over the blocks, scaled to the whole record; `None` without blocks.
-fn block_moments(blocks: &[Gram], columns: u64, sensitivities: &[Sensitivity]) -> Option<Vec<Moments>> {
-    if blocks.len() < 2 {
-        return None;
-    }
-    let count = blocks.len() as f64;
-    let in_blocks: u64 = blocks.iter().map(|block| block.columns).sum();
-    let scale = count / (count - 1.0) * columns as f64 / in_blocks as f64;
-    let half = blocks[0].half();
+fn block_moments(blocks: &[BlockProduct], columns: u64, sensitivities: &[Sensitivity]) -> Option<Vec<Moments>> {
+    let scale = spread_scale(blocks, columns)?;
     let parts = |k: usize, row: usize| {
         if k.is_multiple_of(2) { sensitivities[k / 2].q[row].re } else { sensitivities[k / 2].q[row].im }
     };
-    let filters = Mat::from_fn(half, 2 * sensitivities.len(), |row, k| parts(k, row));
-    let of_blocks: Vec<Vec<c64>> = blocks.iter().map(|block| bilinear(block, &filters, sensitivities)).collect();
+    let filters = Mat::from_fn(blocks[0].future_past.nrows(), 2 * sensitivities.len(), |row, k| parts(k, row));
+    let along = || sensitivities.iter().map(|s| &s.along[..]);
+    let of_blocks: Vec<Vec<c64>> = blocks.iter().map(|block| block.moves(&filters, along())).collect();
     let moves = |k: usize| of_blocks.iter().map(|block| block[k]).collect::<Vec<_>>();
     Some((0..sensitivities.len()).map(|k| scatter(&moves(k), scale)).collect())
 }
@@ -443,24 +491,4 @@ fn scatter(moves: &[c64], scale: f64) -> Moments {
         moments.plain += d * d * scale;
     }
     moments
-}
-
-/// `q H_b r` of every pole, with the real and imaginary parts of all q side by side in `filters`.
-fn bilinear(block: &Gram, filters: &Mat<f64>, sensitivities: &[Sensitivity]) -> Vec<c64> {
-    let half = block.half();
-    let future_past = block.matrix.submatrix(half, 0, half, half);
-    let mut across = Mat::<f64>::zeros(half, filters.ncols());
-    faer::linalg::matmul::matmul(
-        across.as_mut(),
-        Accum::Replace,
-        future_past.transpose(),
-        filters.as_ref(),
-        1.0,
-        Par::Seq,
-    );
-    let of_pole = |(k, s): (usize, &Sensitivity)| {
-        let (re, im) = (across.col_as_slice(2 * k), across.col_as_slice(2 * k + 1));
-        s.r.iter().zip(re.iter().zip(im)).fold(c64::new(0.0, 0.0), |sum, (r, (re, im))| sum + c64::new(*re, *im) * r)
-    };
-    sensitivities.iter().enumerate().map(of_pole).collect()
 }
