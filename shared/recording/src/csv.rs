@@ -158,6 +158,9 @@ fn planned(file: &str, lines: &mut Lines<impl BufRead>, intake: &Intake) -> Resu
     let Some(layout) = dialect::layout(&ahead) else {
         return Err(without_rows(file, *first_line, first, &ahead, intake));
     };
+    if let Some(error) = comma_of_two_uses(file, &ahead, &layout) {
+        return Err(error);
+    }
     let columns = seen(&layout);
     let source = Source { file, line: layout.header_line };
     let mut plan = plan(&source, &columns, intake)?;
@@ -165,6 +168,35 @@ fn planned(file: &str, lines: &mut Lines<impl BufRead>, intake: &Intake) -> Resu
         plan.notes.push(format!("{} line(s) above the header are left out", layout.remarks));
     }
     Ok((layout, plan))
+}
+
+/// The error of a file whose comma divides cells and decimals: rows have more cells than the line
+/// above them has names, and at least as many cells as there are too many are digits alone behind a
+/// whole number, in every row. Which digits belong together cannot be known.
+fn comma_of_two_uses(file: &str, ahead: &[(u64, String)], layout: &Layout) -> Option<RecordingError> {
+    let dialect::Dialect { separator: b',', decimal_comma: false } = layout.dialect else { return None };
+    let above = ahead.iter().rev().find(|(line, _)| *line < layout.first_line)?;
+    let names = layout.dialect.split_quoted(&above.1).len().max(layout.header.len());
+    let width = layout.rows.iter().map(Vec::len).min()?;
+    if names >= width || 2 * names < width {
+        return None;
+    }
+    let digits = |cell: &str| !cell.is_empty() && cell.bytes().all(|byte| byte.is_ascii_digit());
+    let whole = |cell: &str| digits(cell.trim_start_matches(['-', '+']));
+    let is_part = |at: &usize| layout.rows.iter().all(|row| digits(&row[*at]) && whole(&row[at - 1]));
+    let parts: Vec<usize> = (1..width).filter(is_part).collect();
+    let last = parts.last().filter(|_| parts.len() >= width - names)?;
+    Some(RecordingError::UnknownFormat {
+        file: file.into(),
+        found: format!(
+            "line {} has {width} cells below {names} names; the comma divides them and seems to be the decimal sign, too",
+            layout.first_line
+        ),
+        cure: format!(
+            "write the file with `;` between cells, or with quotes around numbers; if column {} is one of its own, give it a name",
+            last + 1
+        ),
+    })
 }
 
 /// The error of a file in which no line has a number: its header's, where it has a fault too.

@@ -253,3 +253,19 @@ fn a_cell_may_state_its_unit_and_each_is_read_in_its_own() {
         read("foreign unit", &format!("time [s],rate,torque [N m]\n{foreign}"), &Intake::default()).unwrap_err();
     assert!(error.contains("line 42") && error.contains(" V"), "{error}");
 }
+
+#[test]
+fn a_comma_that_divides_cells_and_decimals_is_refused_with_the_cure_and_other_nameless_columns_are_left_out() {
+    let comma = |number: f64, digits: usize| format!("{number:.digits$}").replace('.', ",");
+    let refused = [
+        ("in every number", rows(|_, t, w, u| format!("{},{},{}", comma(t, 2), comma(w, 3), comma(u, 1)))),
+        ("in the last", rows(|_, t, w, u| format!("{t:.2},{w:.3},{}", comma(u, 1)))),
+        ("in one between", rows(|_, t, w, u| format!("{t:.2},{},{u:.2}", comma(w, 3)))),
+    ];
+    for (name, rows) in refused {
+        let error = read(name, &format!("time [s],rate [rad/s],torque [N m]\n{rows}"), &Intake::default()).unwrap_err();
+        assert!(error.contains("line 2 has") && error.contains("quotes"), "{name}: {error}");
+    }
+    let more = rows(|k, t, w, u| format!("{t:.2},{w:.4},{u:.1},{}.5", k % 5));
+    holds("a nameless column", &format!("time [s],rate [rad/s],torque [N m]\n{more}"), RATE, TORQUE);
+}
