@@ -169,10 +169,24 @@ fn among_rejected(
         if tried.len() <= found.fit.at.poles.len() || !found.is_worse_than(lines, &tried) {
             return None;
         }
-        let found = refinement::refined(lines, &tried).filter(Refined::is_noise)?;
-        let resolved = deviations::modes(lines, &found)?.iter().all(is_resolved);
-        resolved.then_some((order, found))
+        let better = resolved(lines, tried)?;
+        (better.is_noise() && better.fit.at.poles.len() > found.fit.at.poles.len()).then_some((order, better))
     })
+}
+
+/// The fit of those of the `poles` that it resolves: an order that holds all modes holds poles of
+/// noise, too.
+fn resolved(lines: &ResponseLines, mut poles: Vec<c64>) -> Option<Refined> {
+    loop {
+        let found = refinement::refined(lines, &poles)?;
+        let modes = deviations::modes(lines, &found)?;
+        let kept: Vec<c64> = modes.iter().filter(|mode| is_resolved(mode)).map(|mode| mode.pole).collect();
+        match kept.len() {
+            all if all == modes.len() => return Some(found),
+            0 => return None,
+            _ => poles = kept,
+        }
+    }
 }
 
 fn numbers(pole: c64) -> (f64, f64) {
