@@ -9,9 +9,10 @@ use dynamics::effect::{AMPLITUDE_PRIOR_RATIO, DIRECTION_PRIOR_RAD, Role, sites};
 use telemetry::{DIAGNOSED_MAX, DIAGNOSED_PARAMETERS_MAX, Diagnosis, DiagnosisVerdict, Sample, layout_hash};
 
 /// Prior standard deviation of the rate over which a sign turns, in the rate that the search kept:
-/// it divides the rate by five until that explains no more, and so knows it within a factor of five.
-/// Where a joint is held and creeps, the rate is the slope of its friction, which other arcs tell.
-/// Where five times the rate is beyond the plausible, the arc tells no rate at all: it is kept.
+/// it divides the rate by five until that explains no more, and so knows it within a factor of
+/// five. Where a joint is held and creeps, the rate is the slope of its friction, which other arcs
+/// tell. Where five times the rate is beyond the plausible, the arc tells no rate at all: it is
+/// kept.
 const SMOOTHING_PRIOR_RATIO: f64 = 4.0;
 
 /// An effect that is missing, or that could replace one.
@@ -133,8 +134,8 @@ fn missing(sample: &Diagnosis, k: usize, plant: &Plant) -> Option<Missing> {
 impl Missing {
     /// The law that was fitted as part of a plant: what was estimated is unknown, amplitudes within
     /// [`AMPLITUDE_PRIOR_RATIO`] of the largest of them or of their deviations, angles within
-    /// [`DIRECTION_PRIOR_RAD`], others as the catalogue has it; what was kept is known, but the rate
-    /// over which a sign turns.
+    /// [`DIRECTION_PRIOR_RAD`], others as the catalogue has it; what was kept is known, but the
+    /// rate over which a sign turns.
     ///
     /// `None` for what begins or ends: its instants are those of one arc, and other arcs have
     /// others.

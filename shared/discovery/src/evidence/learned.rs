@@ -8,8 +8,8 @@
 //!
 //! θ* maximises the first two terms, and θ̂₁ is where these data were predicted from: numbers that
 //! the fitted recordings do not tell stand where D₂ has them. With the numbers held there a right
-//! law loses ½ tr(J₂ᵀJ₂ P⁻¹): many nats where D₂ tells more than D₁, which speak neither against the
-//! law nor for its rival.
+//! law loses ½ tr(J₂ᵀJ₂ P⁻¹): many nats where D₂ tells more than D₁, which speak neither against
+//! the law nor for its rival.
 
 use super::model::{Ground, Model};
 use super::noise::Linearly;

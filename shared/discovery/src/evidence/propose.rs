@@ -138,8 +138,8 @@ impl Look<'_> {
         Some(Linear { place, proposal: self.set(&[rated], bare, false)? })
     }
 
-    /// The simpler laws that those of the fitted ones contain, at the same sites, where they are not
-    /// among these.
+    /// The simpler laws that those of the fitted ones contain, at the same sites, where they are
+    /// not among these.
     fn parents(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
         let mut list: Vec<Proposal> = Vec::new();
         let mut known = fitted.to_vec();

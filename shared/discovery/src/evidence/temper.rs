@@ -13,8 +13,8 @@
 //! If a is right the c are martingale differences and V ≈ Σ mᵀ S_b⁻¹ m ≤ 2 D (the likelihood ratio
 //! of two normal models has twice its mean for variance). A brief effect gains in few instants,
 //! which is no sign of noise that remembers: its mean is no part of c. The expected squares of ν_a,
-//! `tr S_b⁻¹ S_a`, are no such sign either: behind a wide start S_a is the width that was given to an
-//! unknown state, not what the readings did, and of several readings of one state it is seen at
+//! `tr S_b⁻¹ S_a`, are no such sign either: behind a wide start S_a is the width that was given to
+//! an unknown state, not what the readings did, and of several readings of one state it is seen at
 //! the width of their noise.
 
 use identification::filter::{Linear, NoiseModel, gains, whiten};

@@ -61,8 +61,8 @@ impl System {
         r.iter_mut().zip(&ws.tau).for_each(|(r, tau)| *r -= tau);
     }
 
-    /// Mass matrix `∂r/∂a` (accelerations × accelerations) in state `x`; `ws` is placed nowhere behind
-    /// it.
+    /// Mass matrix `∂r/∂a` (accelerations × accelerations) in state `x`; `ws` is placed nowhere
+    /// behind it.
     pub fn mass(&self, ws: &mut Workspace<f64>, x: &[f64], u: &[f64], mass: &mut DMatrix<f64>) {
         self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity);
         self.bend(ws);
@@ -74,7 +74,8 @@ impl System {
         self.write_rates(ws, x_dot);
     }
 
-    /// Readings `y` behind a residual: of this plant, or of one that differs from it in readings alone.
+    /// Readings `y` behind a residual: of this plant, or of one that differs from it in readings
+    /// alone.
     pub fn readings_in_place(&self, ws: &mut Workspace<f64>, t_s: f64, x: &[f64], y: &mut [f64]) {
         self.write_readings(ws, t_s, x, y);
     }

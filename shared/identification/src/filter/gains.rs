@@ -103,8 +103,8 @@ pub(super) fn recurse<R: Row>(
 }
 
 impl Gains {
-    /// Gains and factors of `range` as the pass kept them, its factors from place `from` on; the place
-    /// behind them.
+    /// Gains and factors of `range` as the pass kept them, its factors from place `from` on; the
+    /// place behind them.
     fn keep(
         &mut self,
         (linear, timeline): (&Linear, &Timeline),

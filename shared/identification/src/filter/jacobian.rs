@@ -101,7 +101,8 @@ impl Jacobian {
 const MASS_CHANGE: f64 = 1e-4;
 
 impl Jacobian {
-    /// The mass matrix in state `x` is about that of here; `propagator` is placed nowhere behind it.
+    /// The mass matrix in state `x` is about that of here; `propagator` is placed nowhere behind
+    /// it.
     pub fn serves(&mut self, propagator: &mut Propagator<'_>, x: &[f64]) -> bool {
         propagator.mass(x, &mut self.there);
         let v = self.v;
@@ -234,8 +235,8 @@ impl Along {
         self.begun[1].copy_from_slice(&self.here.b);
     }
 
-    /// At the beginning of the interval behind event `k`: in state `x` under the noise `w`, where that
-    /// is another plant than before the update.
+    /// At the beginning of the interval behind event `k`: in state `x` under the noise `w`, where
+    /// that is another plant than before the update.
     pub fn begin(&mut self, propagator: &mut Propagator<'_>, k: usize, x: &[f64], w: &[f64]) {
         if self.jacobians[1].serves(propagator, x) {
             return;

@@ -26,8 +26,8 @@ pub struct Linear {
     pub finer: usize,
     /// Gains of the pass, and its innovations, those of a start at the prior's mean.
     pub frozen: Frozen,
-    /// Lower Cholesky factors of the innovations' covariances under the noise of the pass, samples ×
-    /// samples of each event; empty where they were not kept.
+    /// Lower Cholesky factors of the innovations' covariances under the noise of the pass, samples
+    /// × samples of each event; empty where they were not kept.
     pub factor: Vec<f64>,
     pub nu: Vec<f64>,
     /// Filtered state at every event, before its update and after it, and the noise inputs

@@ -72,8 +72,8 @@ impl LinearisedProblem {
         self.jacobian_theta.as_deref() == Some(theta)
     }
 
-    /// Sensitivities to all unknowns, if they are not there: in one pass where the session has it so,
-    /// else by one pass each, more where the first step was felt too much.
+    /// Sensitivities to all unknowns, if they are not there: in one pass where the session has it
+    /// so, else by one pass each, more where the first step was felt too much.
     pub fn take_jacobian(&mut self, session: &EstimationSession<'_>, plant: &Plant, theta: &[f64]) {
         if self.has_jacobian(theta) {
             return;

@@ -9,7 +9,8 @@ pub struct Eliminated {
     /// Over the shared unknowns, in their order. Its `chi2` has the expectation `rows` at the true
     /// values of the shared ones.
     pub message: Message,
-    /// Step of the eliminated unknowns in standard deviations of their priors, the shared ones held.
+    /// Step of the eliminated unknowns in standard deviations of their priors, the shared ones
+    /// held.
     pub step: DVector<f64>,
 }
 

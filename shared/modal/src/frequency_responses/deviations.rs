@@ -49,8 +49,8 @@ fn covariance(lines: &ResponseLines, found: &Refined) -> Option<Mat<f64>> {
     if let Some(window) = fit.window {
         covariance = sandwich(&information, &of_windows(lines, fit, window))?;
     }
-    // Residuals that are correlated over more lines than a window makes them have a remainder of the
-    // model in them.
+    // Residuals that are correlated over more lines than a window makes them have a remainder of
+    // the model in them.
     if found.correlations.len() > fit.reach() {
         let (by_correlation, by_lines) = scores(found);
         covariance = at_least(&sandwich(&information, &by_correlation)?, &covariance);

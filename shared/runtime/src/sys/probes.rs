@@ -69,8 +69,8 @@ fn mode_as_it_is(path: &Path) -> io::Result<()> {
 /// A call whose arguments are no address of this process's memory.
 fn call(number: libc::c_long, arguments: [libc::c_long; 6]) -> i32 {
     let [a, b, c, d, e, f] = arguments;
-    // SAFETY: every argument is a number or a null pointer: the kernel reads and writes no memory of
-    // this process, or answers EFAULT.
+    // SAFETY: every argument is a number or a null pointer: the kernel reads and writes no memory
+    // of this process, or answers EFAULT.
     let answer = unsafe { libc::syscall(number, a, b, c, d, e, f) };
     if answer >= 0 { 0 } else { io::Error::last_os_error().raw_os_error().unwrap_or(-1) }
 }

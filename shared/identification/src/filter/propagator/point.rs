@@ -59,8 +59,8 @@ impl Propagator<'_> {
         self.integrate(t_s, h, x, None);
     }
 
-    /// Residual, where this plant was last placed, of a plant beside it that differs so, at the same
-    /// state and acceleration; and its readings, where they are wanted.
+    /// Residual, where this plant was last placed, of a plant beside it that differs so, at the
+    /// same state and acceleration; and its readings, where they are wanted.
     pub fn beside(
         &mut self,
         (other, differs): (&mut Propagator<'_>, Differs),

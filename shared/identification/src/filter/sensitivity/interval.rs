@@ -69,8 +69,8 @@ impl Interval {
         &self.b[2]
     }
 
-    /// From state `x` over a stretch in `steps`, with its `d` where it `reads`; false where the mass
-    /// matrix is not positive.
+    /// From state `x` over a stretch in `steps`, with its `d` where it `reads`; false where the
+    /// mass matrix is not positive.
     pub fn take(
         &mut self,
         (nominal, moved): (&mut Propagator<'_>, &mut [Moved<'_>]),
