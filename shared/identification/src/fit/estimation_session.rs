@@ -113,7 +113,8 @@ impl<'p> EstimationSession<'p> {
         Ok(session)
     }
 
-    /// Session of the same recordings with another plant of the same channels and inputs.
+    /// Session of the same recordings with another plant of the same channels and inputs, which its
+    /// own commands drive.
     ///
     /// # Errors
     /// The plant's noise inputs are others.
@@ -138,9 +139,13 @@ impl<'p> EstimationSession<'p> {
         if inputs != other.noise.input_sigma.len() {
             return Err(FitError::Filter("the plant has other inputs".to_owned()));
         }
+        let timelines = match has_commands_of(&problem.plant, &other.problem.plant) {
+            true => other.timelines.clone(),
+            false => std::sync::Arc::new(commanded(other, timelines(problem, &equipped, &system, other.parts)?)?),
+        };
         let mut session = EstimationSession {
             problem,
-            timelines: other.timelines.clone(),
+            timelines,
             threads: other.threads,
             noise: other.noise.clone(),
             noise_names: other.noise_names.clone(),
@@ -316,6 +321,20 @@ fn timelines(problem: &Problem, equipped: &Plant, system: &System, parts: usize)
         Ok(Timeline::new(equipped, system, run, &lags, (step_s(system, &x0), parts)))
     };
     problem.runs.iter().map(timeline).collect()
+}
+
+/// `own`, where it has the samples of `other` in their order: a delay of another plant that shifts
+/// them by whole intervals makes others of them.
+fn commanded(other: &EstimationSession<'_>, own: Vec<Timeline>) -> Result<Vec<Timeline>, FitError> {
+    let all = own.iter().zip(other.timelines.iter());
+    let is_same = |(a, b): (&Timeline, &Timeline)| a.channel == b.channel && a.stamp_s == b.stamp_s;
+    if all.clone().all(is_same) { Ok(own) } else { Err(FitError::Filter("the samples are others".to_owned())) }
+}
+
+/// The commands that `plant` states are those of `other`. Rows of inputs hold them: a number of a
+/// command that is no unknown acts by its row alone.
+fn has_commands_of(plant: &Plant, other: &Plant) -> bool {
+    plant.actuators.iter().map(|own| &own.command).eq(other.actuators.iter().map(|own| &own.command))
 }
 
 /// Places of the frozen filter's z in that of `propagator`.

@@ -178,3 +178,28 @@ fn a_fit_keeps_the_limit_of_its_work_and_says_where_it_ended_early() {
         assert!(note.is_some(), "{share}");
     }
 }
+
+#[test]
+fn a_session_like_another_one_has_the_commands_of_its_own_plant() {
+    let mut stated = plant("drive_rig");
+    let mut constant = stated.actuators[0].clone();
+    (constant.name, constant.recorded) = ("offset".to_owned(), false);
+    let at = |value: f64| {
+        let kind = dynamics::description::SignalKind::Constant { value: dynamics::description::Quantity::known(value) };
+        vec![dynamics::description::Signal { kind, begin_s: dynamics::description::Quantity::known(0.0), end_s: None }]
+    };
+    constant.command = at(0.0);
+    stated.actuators.push(constant);
+    let mut offset = stated.clone();
+    offset.actuators.last_mut().unwrap().command = at(0.05);
+    let recorded = recording(&offset, 4, 2.0);
+    let (stated, moved) = (problem(&stated, recorded.clone()), problem(&offset, recorded));
+    let of = |session: &EstimationSession<'_>| {
+        let plant = &session.problem.plant;
+        LinearisedProblem::new(session, plant, &session.prior(), &session.noise).unwrap().nu
+    };
+    let other = EstimationSession::new(&stated, 1).unwrap();
+    let like = of(&EstimationSession::like(&other, &moved).unwrap());
+    assert_eq!(like, of(&EstimationSession::new(&moved, 1).unwrap()));
+    assert_ne!(like, of(&other));
+}
