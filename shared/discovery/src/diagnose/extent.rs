@@ -5,7 +5,7 @@
 //! diagnosis of any length. Where the limit does not pay for the least that a diagnosis needs, the
 //! beginning is diagnosed that it pays for, and the report says so.
 
-use super::{Diagnosis, Options};
+use super::{Diagnosis, Options, Verdict};
 use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
 use identification::problem::{Problem, Unknown};
 use identification::work::{LIMIT_NOTE, Work};
@@ -25,6 +25,10 @@ const NOMINAL_UNFINISHED: &str = "the fit of the plant as stated did not end wit
 const SHORTER: f64 = 0.25;
 /// How often it is shortened.
 const SHORTER_MAX: usize = 2;
+
+/// Share of the recordings from which the answer that nothing is missing is one about them: what
+/// can be found in a quarter is up to twice as large as what can be in all.
+const LOOKED_AT_MIN: f64 = 0.25;
 
 /// A share of all runs of `problem` from their beginnings on, with a note; `None` from all on.
 fn beginning(problem: &Problem, share: f64, what: &str) -> Option<Problem> {
@@ -82,11 +86,26 @@ pub(crate) fn within_limit(problem: &Problem, options: &Options, each: &mut Deci
         own = cut(problem, options, &|_| SHORTER);
     };
     work.plan(0.0, 0.0);
+    let whole_s = problem.duration_s();
     let problem = own.as_ref().map_or(problem, |(problem, _)| problem);
-    found.unwrap_or_else(|reason| {
+    found.map(|found| nothing_in_a_part(found, problem.duration_s(), whole_s)).unwrap_or_else(|reason| {
         let notes = problem.notes.iter().filter(|note| note.starts_with(LIMIT_NOTE)).cloned().collect();
         Diagnosis { notes, ..Diagnosis::cannot_decide(reason) }
     })
+}
+
+/// `found`; where nothing was found in less than [`LOOKED_AT_MIN`] of the recordings, that the rest
+/// was not examined.
+fn nothing_in_a_part(found: Diagnosis, part_s: f64, whole_s: f64) -> Diagnosis {
+    let is_quiet = matches!(found.verdict, Verdict::None | Verdict::NoiseModel);
+    let is_enough = part_s >= LOOKED_AT_MIN * (1.0 - 1e-9) * whole_s;
+    if !is_quiet || is_enough {
+        return found;
+    }
+    let reason = format!(
+        "nothing is missing in the first {part_s:.3} of {whole_s:.3} s, which is all that this effort pays for: the rest was not examined. Give a part of the recording in which much happens, fewer uncertain parameters, or a higher --effort"
+    );
+    Diagnosis { verdict: Verdict::CannotDecide, reason, ..found }
 }
 
 /// The nominal plant under its stated noise.

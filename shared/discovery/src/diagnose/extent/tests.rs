@@ -30,6 +30,19 @@ fn a_recording_longer_than_the_limit_pays_for_is_diagnosed_by_its_beginning() {
     }
 }
 
+/// The part that was examined is silent about friction that acts behind it.
+#[test]
+fn nothing_found_in_a_small_part_of_a_recording_is_no_answer_about_it() {
+    let of = |verdict: Verdict| Diagnosis { verdict, ..Diagnosis::cannot_decide(String::new()) };
+    let after = |verdict: Verdict, part_s: f64| nothing_in_a_part(of(verdict), part_s, 20.0);
+    for verdict in [Verdict::None, Verdict::NoiseModel] {
+        let found = after(verdict, 0.37);
+        assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("0.370 of 20.000 s"), "{found:?}");
+        assert_eq!(after(verdict, 5.0).verdict, verdict);
+    }
+    assert_eq!(after(Verdict::Named, 0.37).verdict, Verdict::Named);
+}
+
 #[test]
 fn a_recording_that_the_limit_pays_for_is_taken_whole() {
     let nominal = plant("pendulum");
