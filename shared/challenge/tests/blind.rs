@@ -1,4 +1,4 @@
-//! Twenty blind cases: what must always hold, whatever the tool is worth.
+//! Ten blind cases: what must always hold, whatever the tool is worth.
 
 use challenge::campaign::{Draws, Watch, campaign};
 use challenge::case::Class;
@@ -6,7 +6,7 @@ use challenge::score::{Opened, is_false_alarm, score};
 use discovery::engine::Engine;
 use std::sync::Mutex;
 
-const CASES: u64 = 20;
+const CASES: u64 = 10;
 
 fn run(cases: u64, threads: usize) -> (Vec<Opened>, Vec<String>) {
     let told = Mutex::new((0, 0));
@@ -31,7 +31,7 @@ fn run(cases: u64, threads: usize) -> (Vec<Opened>, Vec<String>) {
 }
 
 #[test]
-fn twenty_cases_are_sealed_asked_opened_and_counted() {
+fn ten_cases_are_sealed_answered_opened_and_counted() {
     let (opened, digests) = run(CASES, 2);
     assert_eq!(digests.len(), CASES as usize);
     for (number, (opened, digest)) in opened.iter().zip(&digests).enumerate() {
@@ -42,7 +42,7 @@ fn twenty_cases_are_sealed_asked_opened_and_counted() {
         assert_eq!(opened.truth.class == Class::Null, opened.truth.effects.is_empty());
     }
     let figures = score(&opened);
-    assert_eq!((figures.cases, figures.nulls), (20, 6));
+    assert_eq!((figures.cases, figures.nulls), (10, 3));
     let alarms = opened.iter().filter(|o| is_false_alarm(&o.truth, &o.answer)).count();
     assert_eq!(figures.false_alarms, alarms);
     let known = opened.iter().filter(|o| matches!(o.truth.class, Class::Single | Class::Masked)).count();
