@@ -10,7 +10,9 @@ use super::horizon::{Compared, Horizons};
 use super::hypothesis::{Hypothesis, name_of};
 use super::law::{Kind, Law};
 use super::model::{Ground, Model};
+use super::noise::Linearly;
 use super::pool::{Entry, Pool};
+use super::predict::explaining;
 use super::timing::shift_of;
 use crate::compete::FittedModel;
 use crate::diagnose::{
@@ -121,8 +123,11 @@ fn fitted_model(model: &Model) -> FittedModel {
 fn on_fitted(session: &EstimationSession<'_>, own: &Model, bare: &Model) -> Option<Compared> {
     let ground = Ground { session };
     let of = |model: &Model| {
-        let (session, linears) = (model.session(ground)?, &model.fit.linearised.linears);
-        Horizons::new(&session, linears, &model.noise, &ground.session.noise)
+        let session = model.session(ground)?;
+        let (linearised, theta) = (&model.fit.linearised, &model.fit.theta[..]);
+        let linear = Linearly { session: &session, linearised, theta, extra: &[], room: &[] };
+        let explaining = explaining(&linear, &model.noise, model.prior(ground.session))?;
+        Horizons::new(&session, &linearised.linears, &model.noise, &explaining)
     };
     of(own)?.beside(&of(bare)?)
 }
@@ -152,6 +157,8 @@ impl Shown<'_> {
                 Verdict::NoiseModel
             }
             _ if !is_quiet && self.is_irrelevant() => Verdict::None,
+            // a misfit that noise does not explain, and laws that were not compared
+            _ if self.is_unfinished() => Verdict::CannotDecide,
             _ => self.decision.verdict,
         }
     }
@@ -159,6 +166,11 @@ impl Shown<'_> {
     /// Free runs of the leading model miss by more than its noise explains.
     fn leaves_more_than_noise(&self) -> bool {
         self.left.as_ref().is_some_and(|left| left.relevance().is_some())
+    }
+
+    /// Nothing is found, and the search ended before its end although something is left.
+    fn is_unfinished(&self) -> bool {
+        self.decision.verdict == Verdict::None && self.pool.is_unfinished && self.leaves_more_than_noise()
     }
 
     /// Free runs show a misfit that noise cannot explain, and the leading model too little of it.
@@ -270,6 +282,9 @@ impl Shown<'_> {
         let reason = match self.verdict() {
             Verdict::NotInCatalogue | Verdict::CannotDecide if self.is_smaller() => {
                 format!("{key}: {odds:.1} nats ahead of the plant alone, and more is left")
+            }
+            Verdict::CannotDecide if self.law.is_none() => {
+                format!("the search ended at the limit of its work before all laws were compared{}", self.remainder())
             }
             Verdict::NotInCatalogue | Verdict::CannotDecide => {
                 return self.law.map_or(String::new(), |law| format!("{}{}", law.words, self.remainder()));

@@ -3,17 +3,21 @@
 //! A free run is comparable only as long as disturbances have not driven the plant away. Windows of
 //! several lengths are run, since over long ones what counts is how well parameters are known, too;
 //! an effect matters if it does at some length. Of each channel of each recording, e being the
-//! distance and v what the better plant's noise gives it (its readings' as fitted, no disturbance
-//! above its stated size),
+//! distance and v what the better plant's noise gives it (no disturbance above its stated size, the
+//! readings' as fitted beside these),
 //!
 //! ```text
 //! share = 1 − Σ (e_after² − v) / Σ (e_before² − v)        of the misfit that noise cannot explain
 //! ```
+//!
+//! A distance is a running sum of disturbances and no white noise: of n samples with correlations
+//! ρ(τ) the mean of e²/v has the width of that of `n / Σ_τ (1 − |τ|/n) ρ(τ)²` independent ones.
 
 use super::decide::{MAIN_SHARE, RELEVANT_SHARE, SEEN_SHARE, WORSE};
 use identification::filter::{Linear, NoiseModel, ahead};
 use identification::fit::EstimationSession;
 use identification::held_out::{Gain, block_s, blocks};
+use identification::statistics::chi_squared_quantile;
 
 /// Windows of a run: the whole, and shorter ones by this factor, so many lengths. Budgets.
 const WINDOW_RATIO: usize = 4;
@@ -39,8 +43,10 @@ pub(super) struct Horizons {
     samples: Vec<Sample>,
     /// Names of recording and channel.
     sites: Vec<String>,
-    /// Standard deviation of the readings of each site.
+    /// Standard deviation of the readings of each site, and variance of their own noise where that
+    /// is white.
     spread: Vec<f64>,
+    white: Vec<f64>,
     lengths: Vec<Length>,
     block_s: f64,
     duration_s: f64,
@@ -76,15 +82,14 @@ pub(super) struct Site {
 }
 
 impl Horizons {
-    /// Of a model under its `noise`; `stated` bounds what a disturbance may explain. `None` where a
-    /// covariance is not positive.
+    /// Of a model under its `noise`; what `explaining` noise gives a distance is no misfit. `None`
+    /// where a covariance is not positive.
     pub(super) fn new(
         session: &EstimationSession<'_>,
         linears: &[Linear],
         noise: &NoiseModel,
-        stated: &NoiseModel,
+        explaining: &NoiseModel,
     ) -> Option<Self> {
-        let explaining = within_stated(noise, stated);
         let channels = session.problem.plant.sensors.len();
         let name = |site: usize| {
             let (recording, sensor) = (site / channels, &session.problem.plant.sensors[site % channels]);
@@ -115,7 +120,7 @@ impl Horizons {
                 let run =
                     |noise: &NoiseModel| ahead(linear, timeline, noise, window, timeline.events.len() / BEGIN_SHARE);
                 length.residual.extend(run(noise)?.residual);
-                length.variance.extend(run(&explaining)?.variance);
+                length.variance.extend(run(explaining)?.variance);
             }
             lengths.push(length);
             window /= WINDOW_RATIO;
@@ -123,7 +128,10 @@ impl Horizons {
         let sites = session.problem.recordings.len() * channels;
         let spread = (0..sites).map(|site| spread(&samples, &values, site)).collect();
         let (block_s, duration_s) = (block_s(session), origin);
-        Some(Self { samples, sites: (0..sites).map(name).collect(), spread, lengths, block_s, duration_s })
+        let white = (0..sites).map(|site| site % channels);
+        let white = white.map(|k| if explaining.pole[k] == 0.0 { explaining.sensor_sigma[k].powi(2) } else { 0.0 });
+        let (sites, white) = ((0..sites).map(name).collect(), white.collect());
+        Some(Self { samples, sites, spread, white, lengths, block_s, duration_s })
     }
 
     /// This model beside `before`, the plant that it is to be better than, over the windows at
@@ -156,14 +164,6 @@ impl Horizons {
     }
 }
 
-/// `noise` with no disturbance above its stated size: an unspecified disturbance follows
-/// whatever a plant lacks, and what it follows is misfit, not noise.
-fn within_stated(noise: &NoiseModel, stated: &NoiseModel) -> NoiseModel {
-    let mut within = noise.clone();
-    within.input_sigma.iter_mut().zip(&stated.input_sigma).for_each(|(own, stated)| *own = own.min(*stated));
-    within
-}
-
 fn spread(samples: &[Sample], values: &[f64], site: usize) -> f64 {
     let own = || samples.iter().zip(values).filter(|(sample, _)| sample.site == site).map(|(_, value)| *value);
     let count = own().count().max(1) as f64;
@@ -191,6 +191,13 @@ impl Sums<'_> {
             .collect()
     }
 
+    /// Distances of the plant without hypotheses, in standard deviations of the noise.
+    fn whitened(&self, site: usize) -> Vec<f64> {
+        let both = self.before.residual.iter().zip(&self.after.variance);
+        let own = self.own.samples.iter().zip(both).filter(|(sample, (_, v))| sample.site == site && v.is_finite());
+        own.map(|(_, (e, v))| e / v.sqrt()).filter(|r| !r.is_nan()).collect()
+    }
+
     fn of(&self, site: usize, term: Term<'_>) -> f64 {
         self.series(Some(site), term).iter().map(|(_, own)| own).sum()
     }
@@ -199,9 +206,9 @@ impl Sums<'_> {
         let count = self.of(site, &|_, _, _| 1.0).max(1.0);
         let mean = |term: Term<'_>| self.of(site, term) / count;
         let (before, after, noise) = (mean(&|b, _, _| b), mean(&|_, a, _| a), mean(&|_, _, v| v));
-        let excess = blocks(&self.series(Some(site), &|b, _, v| b - v), self.block_s);
         let change = blocks(&self.series(Some(site), &|b, a, _| b - a), self.block_s);
-        let is_felt = excess.interval(2.0 * WORSE)[0] > 0.0;
+        let is_felt =
+            before > noise && exceeds_noise(&self.whitened(site), 1.0 - (self.own.white[site] / noise).min(1.0));
         Site {
             name: self.own.sites[site].clone(),
             before: before.sqrt(),
@@ -212,6 +219,36 @@ impl Sums<'_> {
             is_worse: change.interval(level)[1] < 0.0 && after > (1.0 + RELEVANT_SHARE) * before,
         }
     }
+}
+
+/// The mean square of distances lies above what that of noise with their correlations reaches but
+/// with a probability of [`WORSE`]: χ² of as many degrees of freedom as they have independent
+/// values. `driven` is the share of the noise that is not white: it has no larger correlation.
+fn exceeds_noise(whitened: &[f64], driven: f64) -> bool {
+    let square = whitened.iter().map(|r| r * r).sum::<f64>();
+    let freedom = independent(whitened, square, driven);
+    !whitened.is_empty() && square / whitened.len() as f64 > chi_squared_quantile(1.0 - WORSE, freedom) / freedom
+}
+
+/// Independent values among these: `n / Σ (1 − |τ|/n) ρ(τ)²`, at least one. Products at a lag are
+/// over all squares, and so smaller than ρ by 1 − |τ|/n again; their own error makes up for it.
+fn independent(whitened: &[f64], square: f64, driven: f64) -> f64 {
+    let n = whitened.len();
+    let term = |lag: usize| {
+        let rho = whitened.iter().zip(&whitened[lag..]).map(|(a, b)| a * b).sum::<f64>() / square;
+        let rho = rho.abs().min(driven);
+        (1.0 - lag as f64 / n as f64) * rho * rho
+    };
+    // lags in steps of an eighth: those of a vibration are met at changing phases
+    let (mut lag, mut before, mut sum) = (1, 1.0, 0.0);
+    let mut last = 0;
+    while lag < n {
+        let own = term(lag);
+        sum += if lag == last + 1 { own } else { 0.5 * (before + own) * (lag - last) as f64 };
+        (before, last) = (own, lag);
+        lag += (lag / 8).max(1);
+    }
+    (n as f64 / (1.0 + 2.0 * sum)).max(1.0)
 }
 
 impl Compared {
@@ -244,5 +281,58 @@ impl Compared {
     /// The largest part of a channel that the plant without hypotheses misses.
     pub(super) fn remains(&self) -> f64 {
         self.sites.iter().map(|site| site.of_signal).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    const SAMPLES: usize = 2000;
+
+    /// How many of 200 draws are taken for more than noise of which a share is driven.
+    fn felt(driven: f64, draw: impl Fn(Vec<f64>) -> Vec<f64>) -> usize {
+        (0..200).filter(|seed| exceeds_noise(&draw(Noise::new(*seed).series(SAMPLES, 1.0)), driven)).count()
+    }
+
+    /// Sums of `white`, begun again every `window` samples, each in its own standard deviations.
+    fn runs(white: &[f64], window: usize) -> Vec<f64> {
+        let mut sum = 0.0;
+        let walk = |(k, step): (usize, &f64)| {
+            sum = if k % window == 0 { *step } else { sum + step };
+            sum / ((k % window + 1) as f64).sqrt()
+        };
+        white.iter().enumerate().map(walk).collect()
+    }
+
+    #[test]
+    fn a_distance_that_disturbances_alone_drive_is_no_misfit_however_long_the_window() {
+        for window in [1, 25, 250, SAMPLES] {
+            let many = felt(1.0, |white| runs(&white, window));
+            // one in twenty, and what the correlations' own error adds
+            assert!(many <= 24, "{many} of 200 in windows of {window}");
+        }
+    }
+
+    #[test]
+    fn noise_of_readings_that_remembers_is_no_misfit() {
+        let coloured = |white: Vec<f64>| {
+            let mut v = 0.0;
+            let next = |r: &f64| {
+                v = 0.9 * v + (1.0 - 0.81_f64).sqrt() * r;
+                v
+            };
+            white.iter().map(next).collect()
+        };
+        assert!(felt(1.0, coloured) <= 24);
+        // as white noise it is taken for a misfit three times as often as it may be
+        assert!(felt(0.0, coloured) > 30);
+    }
+
+    #[test]
+    fn a_misfit_of_a_tenth_of_the_variance_of_white_noise_is_felt() {
+        assert!(felt(1.0, |white| white.iter().map(|r| 1.1 * r).collect()) > 190);
+        assert!(felt(0.0, |white| white.iter().map(|r| r + 0.4).collect()) > 190);
     }
 }

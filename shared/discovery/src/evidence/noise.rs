@@ -50,6 +50,8 @@ pub(super) struct NoisePrior {
     /// Of an unstated disturbance; infinite of a stated one.
     level_sigma: Vec<f64>,
     coloured: Vec<usize>,
+    /// Disturbances that stay where they are.
+    held: Vec<usize>,
 }
 
 /// Noise at its greatest posterior on one linear model.
@@ -62,12 +64,19 @@ pub(super) struct Settled {
 
 impl NoisePrior {
     pub(super) fn new(session: &EstimationSession<'_>, coloured: Vec<usize>) -> Self {
-        Self { stated: session.noise.clone(), level_sigma: session.disturbance_sigma.clone(), coloured }
+        let (stated, level_sigma) = (session.noise.clone(), session.disturbance_sigma.clone());
+        Self { stated, level_sigma, coloured, held: Vec::new() }
+    }
+
+    /// The same with these disturbances held where a fit begins.
+    pub(super) fn holding(self, held: Vec<usize>) -> Self {
+        Self { held, ..self }
     }
 
     fn coordinates(&self) -> Vec<Coordinate> {
         let sensors = (0..self.stated.sensor_sigma.len()).map(Coordinate::Sensor);
-        let inputs = (0..self.stated.input_sigma.len()).map(Coordinate::Input);
+        let free = |k: &usize| !self.held.contains(k);
+        let inputs = (0..self.stated.input_sigma.len()).filter(free).map(Coordinate::Input);
         sensors.chain(inputs).chain(self.coloured.iter().copied().map(Coordinate::Pole)).collect()
     }
 

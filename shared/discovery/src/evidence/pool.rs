@@ -43,6 +43,9 @@ pub(super) struct Pool {
     pub seen: BTreeSet<String>,
     /// Work of the dearest fit.
     pub dearest: f64,
+    /// The search met the limit of its work before a model was expanded that may be the leader's
+    /// equal.
+    pub is_unfinished: bool,
 }
 
 /// A set without coloured noise.
@@ -127,10 +130,15 @@ impl Pool {
 
     /// The best model within the beam that has not been expanded.
     pub(super) fn next(&self) -> Option<usize> {
+        self.next_within(BEAM)
+    }
+
+    /// The same of those that so many nats lie behind the leader at most.
+    pub(super) fn next_within(&self, nats: f64) -> Option<usize> {
         let best = self.best();
         let open = |place: &usize| {
             let entry = &self.entries[*place];
-            let is_near = self.ahead(*place, best) > -BEAM || self.is_leader_without(*place, best);
+            let is_near = self.ahead(*place, best) > -nats || self.is_leader_without(*place, best);
             !entry.expanded && !entry.rejected && is_near
         };
         let all = (0..self.entries.len()).filter(open);

@@ -14,6 +14,7 @@ use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;
 use super::timing::{as_seen, shift_of};
 use dynamics::description::{Plant, Quantity, Scope};
+use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem, NOT_FOUND_RATIO, fit};
 use identification::held_out::{ChannelFit, Gain, Predictor, block_s, blocks, free_run};
 use identification::problem::{Problem, Unknown};
@@ -55,11 +56,11 @@ impl HeldOut {
     }
 
     /// These data reject `set` for `other`, a part of it: its likelihood falls and its free run
-    /// comes no nearer, or that goes further away. An error of a reading, noise, and a number moves
-    /// nothing that free runs could judge.
+    /// comes no nearer, or that goes further away. Noise and a number alone add nothing that
+    /// free runs could judge.
     pub(super) fn rejects(&self, set: &[Hypothesis], other: &Self) -> bool {
         let gain = self.gain(other);
-        let moves = set.iter().any(|own| own.class() == Class::Physics);
+        let moves = set.iter().any(|own| matches!(own.class(), Class::Physics | Class::Sensor));
         let compared = if moves { self.beside(other) } else { None };
         let learned = self.learned - other.learned;
         let loses = gain.loglik_gain + learned + HELD_OUT_SIGMA * gain.gain_se < 0.0;
@@ -92,11 +93,35 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let noise = linear.settled(&start, &prior)?.noise;
     let log_width = linear.log_width_expected(&noise, &prior)?;
     let terms = Instants::new(&session, &linearised.linears, &noise)?;
-    let horizons = Horizons::new(&session, &linearised.linears, &noise, &blank.noise);
+    let explaining = explaining(&linear, &noise, prior);
+    let horizons = explaining.and_then(|own| Horizons::new(&session, &linearised.linears, &noise, &own));
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
     let at = At { own: (&problem.unknowns, &theta), noise: &noise, log_likelihood: terms.sum() };
     let learned = learned(ground, (other, &blank), model, &at).unwrap_or(0.0);
     Some(HeldOut { terms, block_s: block_s(&session), log_width, learned, free, horizons })
+}
+
+/// `noise` with no disturbance above its stated size, since a larger one follows what the plant
+/// lacks, and what it follows is misfit; the readings have as much more as they have beside these,
+/// up to what is stated.
+pub(super) fn explaining(linear: &Linearly<'_>, noise: &NoiseModel, prior: NoisePrior) -> Option<NoiseModel> {
+    let stated = &linear.session.noise;
+    let above = |k: &usize| noise.input_sigma[*k] > stated.input_sigma[*k];
+    let held: Vec<usize> = (0..noise.input_sigma.len()).filter(above).collect();
+    if held.is_empty() {
+        return Some(noise.clone());
+    }
+    let mut within = noise.clone();
+    held.iter().for_each(|k| within.input_sigma[*k] = stated.input_sigma[*k]);
+    let mut settled = linear.settled(&within, &prior.holding(held))?.noise;
+    for (k, sigma) in settled.sensor_sigma.iter_mut().enumerate() {
+        *sigma = sigma.min(noise.sensor_sigma[k].max(stated.sensor_sigma[k]));
+    }
+    // what the held ones lose the others would take
+    for (own, stated) in settled.input_sigma.iter_mut().zip(&stated.input_sigma) {
+        *own = own.min(*stated);
+    }
+    Some(settled)
 }
 
 /// `plant` with its shared numbers known as fitted, except those that the recordings did not tell.

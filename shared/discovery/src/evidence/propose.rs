@@ -72,7 +72,7 @@ pub(super) fn proposals(
     let near = worthy.filter(|own| own.log_bayes > best - BEAM);
     let left = near.map(|own| key(&own.set, &model.problem)).collect();
     list.extend(relatives);
-    let mut others = look.coloured();
+    let mut others = look.coloured(log_m);
     others.extend(look.conflicts());
     others.extend(look.timing(bare));
     others.extend(exact_columns::proposals(ground, &session, model, bare));
@@ -237,8 +237,9 @@ impl Look<'_> {
         Some(all.filter_map(|pair| Some((of(&pair)? - bare, pair))).collect())
     }
 
-    /// Channels whose innovations remember, by the slope along their poles.
-    fn coloured(&self) -> Vec<Proposal> {
+    /// Channels whose innovations remember, by the slope along their poles; all of those together
+    /// that pay for themselves.
+    fn coloured(&self, log_m: f64) -> Vec<Proposal> {
         let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
         let noise = &self.model.noise;
         let Some((found, _)) = linearised.gradient(self.session, (&linearised.nu, theta), noise) else {
@@ -251,7 +252,14 @@ impl Look<'_> {
             let set = vec![Hypothesis::Coloured(channel)];
             Proposal { set, log_bayes: gain - occam, noise: noise.clone() }
         };
-        white.map(of).collect()
+        let mut list: Vec<Proposal> = white.map(of).collect();
+        let worthy: Vec<&Proposal> = list.iter().filter(|own| own.log_bayes > log_m).collect();
+        if worthy.len() > 1 {
+            let set = worthy.iter().flat_map(|own| own.set.iter().cloned()).collect();
+            let log_bayes = worthy.iter().map(|own| own.log_bayes).sum();
+            list.push(Proposal { set, log_bayes, noise: noise.clone() });
+        }
+        list
     }
 
     /// Inputs shifted by the share of a sample that the linear problem asks for, where it asks for

@@ -9,7 +9,7 @@
 //! finer steps.
 
 use super::alias::apart;
-use super::decide::{PRIOR_ODDS, SAME};
+use super::decide::{LEVEL, PRIOR_ODDS, SAME};
 use super::exact::exact;
 use super::hypothesis::{Hypothesis, InnerPrior, unknown_of};
 use super::model::{Ground, Model, fitted, key, settled};
@@ -48,6 +48,7 @@ pub(super) fn searched(
         parts: 1,
         seen: BTreeSet::from([bare.key()]),
         dearest: 0.0,
+        is_unfinished: false,
     };
     let mut own = session.clone();
     pool.enter(Ground { session: &own }, bare, options);
@@ -71,6 +72,7 @@ pub(super) fn searched(
         dearest = dearest.max(session.work.spent() - begun);
     }
     if pool.next().is_some() {
+        pool.is_unfinished = pool.next_within(libm::log(LEVEL / (1.0 - LEVEL))).is_some();
         pool.open.push(Open { what: "further sets".to_owned(), why: "search not finished" });
     }
     pool.without_limits(Ground { session: &own });
