@@ -7,30 +7,17 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::best_rate::keep_best_rate;
 use crate::decimation::{HalfBand, PASS_BAND};
 use crate::gram::Gram;
-use crate::mac::modal_assurance_criterion;
 use crate::pairs::PairCovariances;
 use crate::selection::{Mode, Parts, Selection, SelectionSettings, Swept, select_modes};
 use crate::ssi_cov::SsiError;
-use crate::stabilisation::{RejectedPole, Rejection};
 use crate::streaming::StreamingCovariance;
-use crate::uncertainty::relative_variance;
 
 /// Part of the undecimated rate up to which poles are taken: the last 2 % before the Nyquist
 /// frequency fold easily.
 const USABLE_BAND: f64 = 0.48;
-
-/// Variances of one mode at two rates this close count as equal; then persistence over the orders
-/// decides, which sees bias.
-const RATE_VARIANCE_SLACK: f64 = 2.0;
-
-/// Deviations from which dampings at two rates are not of one mode: estimates from the same samples
-/// have errors in common, so that three are less than once in a thousand modes.
-const DISAGREEMENT_SIGMA: f64 = 3.0;
-/// Orders over which poles persist that are taken for those of a mode, as in the selection of
-/// modes.
-const PERSISTENT_ORDERS: usize = 6;
 
 /// Settings of the identifier.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -278,94 +265,4 @@ fn modal_error(error: SsiError, config: &Config, samples: u64) -> ModalError {
         SsiError::NoSignal { .. } => ModalError::NoSignal { samples },
         SsiError::DecompositionFailed { rows } => ModalError::DecompositionFailed { rows },
     }
-}
-
-/// Of modes that are the same at several rates, the one that persists over most orders among those
-/// of small variance.
-fn keep_best_rate(mut all: Selection) -> Selection {
-    let variance = |mode: &Mode| {
-        relative_variance(mode.sigma_frequency_hz / mode.frequency_hz, mode.sigma_damping, mode.damping_ratio)
-    };
-    all.modes.sort_by(|a, b| variance(a).total_cmp(&variance(b)));
-    let mut groups: Vec<Vec<Mode>> = Vec::new();
-    for mode in all.modes {
-        match groups.iter_mut().find(|group| same_mode(&group[0], &mode)) {
-            Some(group) => group.push(mode),
-            None => groups.push(vec![mode]),
-        }
-    }
-    let mut modes: Vec<Mode> = Vec::new();
-    let slowest: Vec<usize> =
-        groups.iter().map(|group| group.iter().map(|mode| mode.decimation).max().unwrap_or(1)).collect();
-    for (k, mut group) in groups.clone().into_iter().enumerate() {
-        let narrow = narrower(&group[0], slowest[k], &groups).map(|narrow| narrow.decimation);
-        if let Some(decimation) = narrow.or_else(|| unresolved_in_place(&group[0], slowest[k], &all.rejected)) {
-            all.rejected.extend(group.iter().map(|mode| left_out(mode, decimation)));
-            continue;
-        }
-        let slack = RATE_VARIANCE_SLACK * variance(&group[0]);
-        let mut best = 0;
-        for (index, mode) in group.iter().enumerate().skip(1) {
-            if variance(mode) <= slack && mode.orders_found > group[best].orders_found {
-                best = index;
-            }
-        }
-        let kept = group.swap_remove(best);
-        all.rejected.extend(group.iter().map(|mode| left_out(mode, kept.decimation)));
-        modes.push(kept);
-    }
-    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    Selection { modes, rejected: all.rejected }
-}
-
-/// A narrower mode within the half-power width of `mode`, seen only at rates slower than all that
-/// show `mode`.
-///
-/// A fast rate looks over a short time and takes close modes for one wide one; the slow rate, which
-/// tells them apart, would show the wide one too if it existed.
-fn narrower<'a>(mode: &Mode, slowest: usize, groups: &'a [Vec<Mode>]) -> Option<&'a Mode> {
-    groups.iter().flatten().find(|other| {
-        other.decimation > slowest
-            && (other.frequency_hz - mode.frequency_hz).abs() <= 2.0 * mode.damping_ratio * mode.frequency_hz
-            && other.damping_ratio < mode.damping_ratio
-            && other.sigma_frequency_hz < mode.sigma_frequency_hz
-    })
-}
-
-/// A slower rate than all that show `mode` where narrower poles persist within its half-power
-/// width, over [`PERSISTENT_ORDERS`] orders, whose damping is not resolved but is not that of
-/// `mode`: modes that the record is too short for, which the fast rate takes for one wide one.
-fn unresolved_in_place(mode: &Mode, slowest: usize, rejected: &[RejectedPole]) -> Option<usize> {
-    let in_place = |pole: &&RejectedPole| {
-        let Rejection::NotResolved { damping_ratio, sigma_damping, .. } = pole.reason else { return false };
-        pole.decimation > slowest
-            && mode.damping_ratio - damping_ratio > DISAGREEMENT_SIGMA * mode.sigma_damping.hypot(sigma_damping)
-            && (pole.frequency_hz - mode.frequency_hz).abs() <= 2.0 * mode.damping_ratio * mode.frequency_hz
-    };
-    let mut poles: Vec<(usize, usize)> =
-        rejected.iter().filter(in_place).map(|pole| (pole.decimation, pole.order)).collect();
-    poles.sort_unstable();
-    poles.dedup();
-    let rate = poles.chunk_by(|a, b| a.0 == b.0).find(|of_rate| of_rate.len() >= PERSISTENT_ORDERS)?;
-    Some(rate[0].0)
-}
-
-fn left_out(mode: &Mode, better_decimation: usize) -> RejectedPole {
-    RejectedPole {
-        decimation: mode.decimation,
-        order: mode.order,
-        frequency_hz: mode.frequency_hz,
-        damping_ratio: mode.damping_ratio,
-        reason: Rejection::BetterElsewhere { decimation: better_decimation },
-    }
-}
-
-/// Frequencies within their bandwidth or three deviations, and shapes alike; or nearly one
-/// frequency.
-fn same_mode(a: &Mode, b: &Mode) -> bool {
-    let apart = (a.frequency_hz - b.frequency_hz).abs();
-    let together = (a.sigma_frequency_hz * a.sigma_frequency_hz + b.sigma_frequency_hz * b.sigma_frequency_hz).sqrt();
-    let bandwidth = a.damping_ratio.max(b.damping_ratio) * a.frequency_hz;
-    let mac = modal_assurance_criterion(&a.mode_shape, &b.mode_shape);
-    (apart <= bandwidth.max(3.0 * together) && mac > 0.8) || (a.decimation != b.decimation && apart <= 3.0 * together)
 }

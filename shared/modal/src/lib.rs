@@ -29,6 +29,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `identifier` | the identifier in flight: samples in, modes out |
+//! | `best_rate` | of modes seen at several rates, the one that is reported |
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
 //! | `stretch` | products of the Gram matrix of a part of a record, without the matrix |
 //! | `operational` | a whole record without inputs, as it is: gaps, tones, late channels |
@@ -57,6 +58,7 @@
 
 pub mod adequacy;
 pub mod advice;
+mod best_rate;
 pub mod decimation;
 pub mod drift;
 pub mod era;
