@@ -88,26 +88,18 @@ fn of_responses(rows: &[responses::Row]) -> String {
 fn markdown(all: &[Figures], rows: &[responses::Row]) -> String {
     let mut text = "| kind | modes | missed [%] | invented [%] | rms z of f, zeta | in 95 % intervals | tones named [%] | mode beside right or hidden [%] |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for f in all {
+        let [missed, invented, f_rms, zeta_rms, f_held, zeta_held, named, beside] = in_words(f);
         let _ = writeln!(
             text,
-            "| {} | {} | {:.1} | {:.1} | {:.2} {:.2} | {:.1} {:.1} | {} | {} |",
-            f.defect,
-            f.modes,
-            f.missed_percent,
-            f.invented_percent,
-            f.frequency_rms_z,
-            f.damping_rms_z,
-            f.frequency_coverage_percent,
-            f.damping_coverage_percent,
-            where_any(f.tones, f.tones_named_percent),
-            where_any(f.tones, f.beside_right_percent)
+            "| {} | {} | {missed} | {invented} | {f_rms} {zeta_rms} | {f_held} {zeta_held} | {named} | {beside} |",
+            f.defect, f.modes
         );
     }
     for row in rows {
         let percent = |part: usize| 100.0 * part as f64 / row.modes.max(1) as f64;
         let _ = writeln!(
             text,
-            "| {} | {} | {:.1} | {:.1} | {:.2} {:.2} | {:.1} {:.1} | | |",
+            "| {} | {} | {:.1} | {:.1} | {:.2} {:.2} | {:.1} {:.1} | – | – |",
             row.kind,
             row.modes,
             percent(row.missed),
@@ -121,9 +113,18 @@ fn markdown(all: &[Figures], rows: &[responses::Row]) -> String {
     text
 }
 
-/// A share of things of which there are some.
-fn where_any(all: u32, percent: f64) -> String {
-    if all > 0 && percent.is_finite() { format!("{percent:.1}") } else { String::new() }
+/// Missed and invented, rms z, in intervals, and of tones: `–` for a share of nothing.
+fn in_words(f: &Figures) -> [String; 8] {
+    let shares = [f.missed_percent, f.invented_percent];
+    let honesty = [f.frequency_coverage_percent, f.damping_coverage_percent];
+    let tones = [f.tones_named_percent, f.beside_right_percent];
+    let word = |value: Option<f64>, decimals: usize| {
+        value.map_or_else(|| "–".to_owned(), |value| format!("{value:.decimals$}"))
+    };
+    let [[missed, invented], [f_held, zeta_held], [named, beside]] =
+        [shares, honesty, tones].map(|pair| pair.map(|value| word(value, 1)));
+    let [f_rms, zeta_rms] = [f.frequency_rms_z, f.damping_rms_z].map(|value| word(value, 2));
+    [missed, invented, f_rms, zeta_rms, f_held, zeta_held, named, beside]
 }
 
 fn table(all: &[Figures]) -> String {
@@ -132,20 +133,25 @@ fn table(all: &[Figures]) -> String {
         "defect", "modes", "missed %", "invented %", "rms z f, damp.", "95 % f, damp.", "tones %", "beside %"
     );
     for f in all {
+        let [missed, invented, f_rms, zeta_rms, f_held, zeta_held, named, beside] = in_words(f);
         let _ = writeln!(
             text,
-            "{:18} {:>6} {:>8.1} {:>10.1} {:>6.2} {:>6.2} {:>6.1} {:>6.1} {:>9.1} {:>9.1}",
-            f.defect,
-            f.modes,
-            f.missed_percent,
-            f.invented_percent,
-            f.frequency_rms_z,
-            f.damping_rms_z,
-            f.frequency_coverage_percent,
-            f.damping_coverage_percent,
-            f.tones_named_percent,
-            f.beside_right_percent
+            "{:18} {:>6} {missed:>8} {invented:>10} {f_rms:>6} {zeta_rms:>6} {f_held:>6} {zeta_held:>6} {named:>9} {beside:>9}",
+            f.defect, f.modes
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_of_nothing_is_a_dash_and_null() {
+        let figures = Figures { defect: "clean", modes: 4, missed_percent: Some(0.0), ..Figures::default() };
+        assert_eq!(in_words(&figures), ["0.0", "–", "–", "–", "–", "–", "–", "–"]);
+        let json = json!(figures);
+        assert!(json["missed_percent"] == 0.0 && json["beside_right_percent"].is_null(), "{json}");
+    }
 }
