@@ -197,6 +197,13 @@ impl Effect {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
+    /// The law has slopes between two readings: it has no sign that turns, no instant at which it
+    /// begins or ends, no contact that opens or closes, and no ripple that is passed in between.
+    pub fn is_smooth(&self) -> bool {
+        let turns = |role: Role| matches!(role, Role::Smoothing | Role::Onset | Role::Duration | Role::Order);
+        self.family != Family::Clearance && !self.parameters.iter().any(|parameter| turns(parameter.role))
+    }
+
     /// The first parameter with this role.
     pub fn with_role(&self, role: Role) -> Option<&'static EffectParameter> {
         self.parameters.iter().find(|parameter| parameter.role == role)

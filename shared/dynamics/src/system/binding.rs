@@ -270,6 +270,7 @@ fn hidden_states(
     }
     EffectTerm {
         law,
+        smooth: effect.is_smooth(),
         values,
         hidden: first..layout.hidden,
         coordinate,

@@ -14,6 +14,8 @@ const LOST_SHARE_MAX: f64 = 0.99;
 #[derive(Clone)]
 pub(super) struct EffectTerm {
     pub law: Both,
+    /// See [`Effect::is_smooth`](crate::effect::Effect::is_smooth).
+    pub smooth: bool,
     /// In catalogue order, zero behind the last.
     pub values: [f64; PARAMETERS_MAX],
     /// Its own states among the hidden ones.
@@ -38,6 +40,29 @@ pub(super) struct EffectTerms {
     pub sensors: Vec<EffectTerm>,
     /// First hidden state in x.
     pub hidden_at: usize,
+}
+
+impl EffectTerms {
+    fn all(&self) -> impl Iterator<Item = &EffectTerm> {
+        [&self.coordinates, &self.bodies, &self.actuators, &self.sensors].into_iter().flatten()
+    }
+
+    /// All of them are forces without states of their own that change smoothly.
+    pub fn are_smooth_forces(&self) -> bool {
+        let forces = self.actuators.is_empty() && self.sensors.is_empty();
+        forces && self.all().all(|term| term.smooth && term.hidden.is_empty())
+    }
+
+    /// As many laws act at each place.
+    pub fn are_laws_of(&self, other: &Self) -> bool {
+        let many = |terms: &Self| [&terms.coordinates, &terms.bodies, &terms.actuators, &terms.sensors].map(Vec::len);
+        many(self) == many(other)
+    }
+
+    /// The same laws have the same numbers.
+    pub fn act_as(&self, other: &Self) -> bool {
+        self.all().zip(other.all()).all(|(a, b)| (a.values, a.surroundings) == (b.values, b.surroundings))
+    }
 }
 
 impl EffectTerm {

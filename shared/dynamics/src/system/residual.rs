@@ -27,13 +27,15 @@ pub enum Differs {
 
 impl System {
     /// Where the accelerations stand in x'; `None` where they are not those of all coordinates, or
-    /// a law beyond the description acts.
+    /// a law is more than a smooth force that follows from state and commands: it bends what acts
+    /// or what is read, has states of its own, or turns or begins at an instant, where slopes taken
+    /// at readings do not show it.
     pub fn accelerations(&self) -> Option<Range<usize>> {
         let layout = &self.layout;
-        let bare = !self.has_laws() && self.effects.sensors.is_empty() && layout.hidden == 0;
+        let forces = self.effects.are_smooth_forces() && layout.hidden == 0;
         let plain = layout.prescribed.is_empty() && layout.quaternions.is_empty() && !self.environment.shaken;
         let at = layout.q_len + layout.modes;
-        (bare && plain).then_some(at..at + layout.v_len)
+        (forces && plain).then_some(at..at + layout.v_len)
     }
 
     /// `r` (accelerations) in state `x` at the acceleration `a`.
@@ -85,7 +87,8 @@ impl System {
         let (a, b) = (&self.layout, &other.layout);
         let same_parts = (&a.states, &a.inputs, &a.outputs) == (&b.states, &b.inputs, &b.outputs)
             && self.model.links_len() == other.model.links_len()
-            && self.model.internals_len() == other.model.internals_len();
+            && self.model.internals_len() == other.model.internals_len()
+            && self.effects.are_laws_of(&other.effects);
         if !same_parts {
             return None;
         }
@@ -96,6 +99,7 @@ impl System {
         let moves_alike = self.model == other.model
             && self.springs == other.springs
             && self.environment == other.environment
+            && self.effects.act_as(&other.effects)
             && acts.clone().all(|(a, b)| a.acts == b.acts);
         Some(if moves_alike { Differs::InReadings } else { Differs::InForces })
     }

@@ -71,6 +71,8 @@ impl Jacobian {
     ///
     /// Cost: a residual for each number of the state, the noise inputs and the accelerations.
     pub fn take(&mut self, propagator: &mut Propagator<'_>, point: &Point) {
+        // what acts is linear in its command, unless a law feels it
+        let command = if propagator.system.has_laws() { STEP } else { 1.0 };
         let [r, y, x, x_dot, a] = &mut self.moved;
         for column in 0..self.v {
             a.copy_from_slice(&point.x_dot[point.at.clone()]);
@@ -80,10 +82,9 @@ impl Jacobian {
             put(&mut self.y_a, (column, self.v), (y, &point.y), 1.0);
         }
         for column in 0..self.m {
-            // what acts is linear in its command
-            propagator.at_input(point, (column, 1.0), (r, y));
-            put(&mut self.r_w, (column, self.m), (r, &point.r), 1.0);
-            put(&mut self.y_w, (column, self.m), (y, &point.y), 1.0);
+            propagator.at_input(point, (column, command), (r, y));
+            put(&mut self.r_w, (column, self.m), (r, &point.r), command);
+            put(&mut self.y_w, (column, self.m), (y, &point.y), command);
         }
         for column in 0..self.n {
             x.copy_from_slice(&point.x);

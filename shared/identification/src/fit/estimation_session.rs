@@ -242,7 +242,8 @@ impl<'p> EstimationSession<'p> {
                 &[&self.added[run][..], &self.hardly_seen[run]].concat(),
             );
             let fresh = |propagator: &mut Propagator<'_>, start: &Start| {
-                let by = if self.along { linearise_along } else { linearise };
+                // the slopes at events say nothing of a step that is stiff
+                let by = if self.along && propagator.finer() == 1 { linearise_along } else { linearise };
                 let found = by(propagator, noise, &sigmas, start);
                 self.work.add(propagator.work() + propagator.recursion_work());
                 found

@@ -39,7 +39,8 @@ impl LinearisedProblem {
             let instance = problem.instance(plant, theta, run);
             let mut propagator = Propagator::new(problem, run, &instance, &session.timelines[run]).ok()?;
             let same: Vec<usize> = (0..linear.layout.tangent).collect();
-            let alike = instance.effects.is_empty() && propagator.layout == linear.layout;
+            // slopes at events say nothing of a step that is stiff
+            let alike = propagator.layout == linear.layout && propagator.finer() == 1;
             alike.then(|| {
                 propagator.begin_as(linear, &same);
                 propagator

@@ -1,5 +1,6 @@
 use super::*;
 use crate::synthetic::{plant, problem, recording};
+use dynamics::description::Quantity;
 use nalgebra::DMatrix;
 
 /// `N = Σ h h'` of whitened sensitivities (n × n), per prior standard deviations.
@@ -69,20 +70,74 @@ fn readings_of_instants_off_their_stamps_say_what_differences_of_passes_say() {
     }
 }
 
+/// `name` with a law whose numbers are unknown by half of themselves.
+fn with_law(name: &str, (kind, site): (&str, &str), law: &[(&str, f64)]) -> Plant {
+    let mut with = crate::synthetic::with_effect(&plant(name), kind, site, law);
+    let values = with.effects.iter_mut().flat_map(|own| &mut own.values);
+    values.for_each(|(_, value)| *value = Quantity::with_prior(value.value, 0.5 * value.value.abs()));
+    with
+}
+
 #[test]
-fn a_plant_with_a_law_takes_a_pass_for_each_number() {
-    let sharp = [("force", 0.02), ("smooth_rate", 5e-4)];
-    let with = crate::synthetic::with_effect(&plant("double_pendulum"), "joint_coulomb", "joint:pivot_2", &sharp);
-    let problem = problem(&with, recording(&with, 3, 1.0));
-    let passes = EstimationSession::new(&problem, 1).unwrap();
-    let session = EstimationSession { along: true, ..passes.clone() };
-    let columns = |session: &EstimationSession<'_>| {
-        let theta = session.prior();
-        let mut linearised = LinearisedProblem::new(session, &with, &theta, &session.noise).unwrap();
-        linearised.take_jacobian(session, &with, &theta);
-        linearised.jacobian
+fn numbers_of_a_smooth_force_are_known_along_the_trajectory_as_those_of_the_plant() {
+    let cubic = [("stiffness", 2.0)];
+    let damped = [("damping", 0.02)];
+    for (name, law, numbers, duration_s, tolerance) in [
+        ("study_case", ("joint_cubic_stiffness", "joint:elbow"), &cubic, 2.3, 1.4e-4),
+        ("study_case", ("slosh_quadratic_damping", "tank:fuel"), &damped, 2.3, 1.4e-4),
+        ("double_pendulum", ("joint_quadratic_damping", "joint:pivot_2"), &damped, 2.0, 1e-3),
+    ] {
+        let found = off(&with_law(name, law, numbers), duration_s);
+        assert!(found < tolerance, "{name}, {law:?}: {found:e}");
+    }
+}
+
+#[test]
+fn a_craft_with_a_smooth_force_costs_as_one_without() {
+    let set = |nominal: &Plant, along: bool| {
+        let problem = problem(nominal, recording(nominal, 7, 2.3));
+        let session = EstimationSession { along, ..EstimationSession::new(&problem, 1).unwrap() };
+        let begun = session.work.spent();
+        let mut linearised = LinearisedProblem::new(&session, nominal, &session.prior(), &session.noise).unwrap();
+        linearised.take_jacobian(&session, nominal, &session.prior());
+        session.work.spent() - begun
     };
-    assert_eq!(columns(&session), columns(&passes));
+    let with = with_law("study_case", ("joint_viscous", "joint:elbow"), &[("damping", 0.1)]);
+    let [bare, along, passes] = [set(&plant("study_case"), true), set(&with, true), set(&with, false)];
+    assert!(along < 1.1 * bare && along < passes, "{bare:e} {along:e} {passes:e}");
+}
+
+/// The linear model and the columns of `with`, in the steps of `nominal`, are those of a pass for
+/// each number.
+fn takes_passes(nominal: &Plant, with: &Plant) -> bool {
+    let bare = problem(nominal, recording(nominal, 3, 1.0));
+    let passes = EstimationSession::new(&bare, 1).unwrap();
+    let augmented = bare.with_plant(with);
+    let passes = EstimationSession::like(&passes, &augmented).unwrap();
+    let session = EstimationSession { along: true, ..passes.clone() };
+    let of = |session: &EstimationSession<'_>| {
+        let theta = session.prior();
+        let mut linearised = LinearisedProblem::new(session, with, &theta, &session.noise).unwrap();
+        linearised.take_jacobian(session, with, &theta);
+        (linearised.nu, linearised.jacobian)
+    };
+    of(&session) == of(&passes)
+}
+
+#[test]
+fn a_law_that_turns_meets_a_stop_is_stiff_or_bends_a_reading_takes_a_pass_for_each_number() {
+    let nominal = plant("double_pendulum");
+    let joint = |kind, law: &[(&str, f64)]| with_law("double_pendulum", (kind, "joint:pivot_2"), law);
+    // a sign that turned within an interval was 27 % off, though steps of integration resolved it
+    let sign = joint("joint_coulomb", &[("force", 0.02), ("smooth_rate", 5e-4)]);
+    let stiff = joint("joint_viscous", &[("damping", 2.0)]);
+    let curved = with_law("double_pendulum", ("sensor_quadratic", "sensor:angle_1"), &[("coefficient", 0.01)]);
+    let stop = joint("joint_end_stop", &[("stiffness", 1.0), ("lower", -0.2), ("upper", 0.2)]);
+    let ripple = joint("joint_gear_ripple", &[("sine", 0.01), ("cosine", 0.0), ("order", 900.0)]);
+    for with in [sign, stop, ripple, stiff, curved] {
+        assert!(takes_passes(&nominal, &with), "{:?}", with.effects);
+    }
+    assert!(!takes_passes(&nominal, &joint("joint_viscous", &[("damping", 0.01)])));
 }
 
 #[test]
