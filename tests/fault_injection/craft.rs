@@ -63,14 +63,33 @@ fn a_keeper_that_is_given_up_is_a_missing_message_and_the_posterior_is_wider() {
 }
 
 /// A model that is refused is diagnosed, augmented and tried again. The arcs are folded in frame
-/// 1480; a window of 40 frames later the question is heard, and so on: 1520, 1560, 1600.
+/// 1480; a window of 40 frames later the question is heard; hundreds of frames behind that, as many
+/// as its work is worth, the diagnosis answers, and a window later the model is another.
 #[test]
 fn a_refused_model_ends_as_the_same_better_one_whoever_dies_on_the_way() {
     let world = World::flying(CRAFT);
     let undisturbed = world.lockstep(&HIDDEN);
+    let answered = (undisturbed.json["diagnosis"]["t_detected_s"].as_f64().unwrap() * 100.0).round() as u64;
+    let midway = 1520 + (answered - 1520) / 2;
+    let heard = answered + 41;
+    assert!(answered > 1720, "{answered}");
     let kills = [
-        ["diagnosis@900:checkpoint", "supervisor@1481:frame", "inertial-id@1561:frame"],
-        ["diagnosis@1520:publish", "supervisor@1561:publish", "slosh-id@1575:checkpoint"],
+        ["diagnosis@900:checkpoint".into(), "supervisor@1481:frame".into(), format!("inertial-id@{heard}:frame")],
+        [
+            "diagnosis@1520:publish".into(),
+            format!("supervisor@{midway}:publish"),
+            format!("slosh-id@{heard}:checkpoint"),
+        ],
+        [
+            format!("diagnosis@{midway}:frame"),
+            format!("sensor-sim@{midway}:frame"),
+            format!("supervisor@{heard}:frame"),
+        ],
+        [
+            format!("diagnosis@{answered}:publish"),
+            format!("recorder@{midway}:frame"),
+            format!("supervisor@{heard}:publish"),
+        ],
     ];
     for kills in kills {
         let kills = kills.iter().flat_map(|kill| ["--kill", kill]);

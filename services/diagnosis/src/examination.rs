@@ -2,6 +2,7 @@
 
 use channels::Recording;
 use craft::missing::Missing;
+use craft::pace::WORK_MAX;
 use craft::parameters::Parameters;
 use discovery::diagnose::{Diagnosis, EffectReport, Options, Verdict};
 use discovery::engine::Engine;
@@ -9,31 +10,34 @@ use dynamics::description::Plant;
 use identification::held_out::Status;
 use identification::joint::JointUnknown;
 use identification::problem::Problem;
-use identification::work::QUICK_WORK;
+use identification::work::Watch;
 use telemetry::DiagnosisVerdict;
-
-/// What one diagnosis may cost, counted: about a minute of one core, and half as much for what it
-/// then finishes. It pays for 20 s of the study case's arm motion whole; of a longer arc the
-/// beginning is diagnosed, in which a motion may lack the reversal that tells friction from a
-/// constant torque.
-pub const WORK_MAX: f64 = 3.0 * QUICK_WORK;
 
 /// What the rows of an arc say that `plant` lacks, from the values `start` of the shared parameters
 /// at which its own message ended: a verdict, effects, and the shared parameters beside them. Rows
 /// that the plant cannot predict decide nothing, and leave the parameters where they were.
 ///
 /// The start is no prior: values that made up for what is missing would cost the effect that is
-/// right what they are off.
+/// right what they are off. `watch` sees the work, whose limit is
+/// [`WORK_MAX`], and stops it.
 pub fn examined(
     plant: &Plant,
     recording: Option<Recording>,
     (parameters, start): (&Parameters, &[f64]),
+    watch: &Watch,
 ) -> (DiagnosisVerdict, Vec<Missing>, Vec<f64>) {
     let problem = recording.and_then(|recording| Problem::new(plant, &[recording], &[]).ok());
     let at = parameters.unknowns.iter().zip(start).map(|(unknown, value)| (unknown.name.clone(), *value));
     let refused_at = Some(at.collect());
-    // nothing here flies an experiment
-    let options = Options { threads: 1, work_max: WORK_MAX, refused_at, next_experiment: false, ..Options::default() };
+    // nothing here flies an experiment: `next_experiment` is off
+    let options = Options {
+        threads: 1,
+        work_max: WORK_MAX,
+        refused_at,
+        next_experiment: false,
+        watch: watch.clone(),
+        ..Options::default()
+    };
     let found = problem.map_or_else(
         || Diagnosis::cannot_decide("the rows were not kept".into()),
         |problem| Engine::default().diagnose(&problem, &options, &mut |_, _| {}),

@@ -2,8 +2,9 @@
 //! keeps the rows of every arc; where the supervisor rejects a model, it diagnoses the arc that
 //! does so, as `obsid diagnose` does, and publishes one answer.
 //!
-//! The diagnosis is work that a frame leaves. It is bounded by a count, not by time: its answer is
-//! the same at any speed, and after any restart.
+//! The diagnosis is computed on a thread of its own while frames go on, and answers in the frame
+//! that its count pays for ([`craft::pace`]), not when it is ready: the answer and its frame are
+//! the same at any speed. A restart begins it anew and waits until it is where it was.
 //!
 //! ```no_run
 //! use runtime::rundir::RunDir;
@@ -29,17 +30,24 @@
 #![forbid(unsafe_code)]
 
 pub mod examination;
+mod thread;
 
+use channels::Recording;
 use craft::message::received;
 use craft::missing::{Answer, sample};
+use craft::pace;
 use craft::parameters::{Parameters, ParametersError};
 use craft::store::Store;
+use dynamics::description::Plant;
+use identification::work::Watch;
 use plant_file::scenario::{CraftPlan, Scenario};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
+use serde::{Deserialize, Serialize};
 use telemetry::{
     CRAFT, DIAGNOSIS, ESTIMATE_JOINT, INFORMATION, INFORMATION_INERTIAL, INFORMATION_MODAL, INFORMATION_SLOSH,
     JointEstimate, PartitionId, TopicId,
 };
+use thread::{Computation, Thread};
 
 /// The partition.
 struct Diagnoser {
@@ -47,17 +55,34 @@ struct Diagnoser {
     store: Store,
     /// Per arc, where its first message ended: the shared parameters at which it is explained best.
     ended: Vec<Vec<f64>>,
-    due: Option<Due>,
+    question: Option<Question>,
+    /// The frame that is done: its number and time.
+    now: (u64, u64),
+    period_ns: u64,
+    /// Where a process has started it; else with the first question.
+    thread: Option<Thread>,
+    computation: Option<Computation<Answer>>,
 }
 
-/// A question that a frame leaves.
-struct Due {
+/// A question of the supervisor, until it is answered.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Question {
     frame: u64,
-    t_ns: u64,
     arc: usize,
     generation: u16,
-    /// Shared parameters about which the refused messages are.
-    theta: Vec<f64>,
+    /// Shared parameters to begin from: where the arc's first message ended, else those about which
+    /// the refused messages are.
+    start: Vec<f64>,
+}
+
+/// What an answer takes.
+struct Evidence {
+    number: usize,
+    generation: u16,
+    plant: Plant,
+    recording: Option<Recording>,
+    parameters: Parameters,
+    start: Vec<f64>,
 }
 
 /// A run without a craft: there are no questions.
@@ -79,7 +104,17 @@ impl Diagnoser {
     fn new(plan: &CraftPlan) -> Result<Self, ParametersError> {
         let store = Store::new(plan, |_| true)?;
         let ended = vec![Vec::new(); store.arcs.len()];
-        Ok(Self { parameters: Parameters::of(plan)?, store, ended, due: None })
+        let parameters = Parameters::of(plan)?;
+        Ok(Self {
+            parameters,
+            store,
+            ended,
+            question: None,
+            now: (0, 0),
+            period_ns: 0,
+            thread: None,
+            computation: None,
+        })
     }
 
     /// Every arc is kept, so that its number is its place.
@@ -94,14 +129,36 @@ impl Diagnoser {
         }
     }
 
-    fn asked(&self, frame: &Frame<'_>) -> Option<Due> {
+    fn question_of(&self, frame: &Frame<'_>) -> Option<Question> {
         let asks = |one: &&JointEstimate| {
             one.asks == JointEstimate::ASKS_WHAT_IS_MISSING && one.parameter_hash == self.parameters.hash
         };
         let asking = frame.samples(ESTIMATE_JOINT).iter().rfind(asks)?;
         let (arc, generation) = (usize::from(asking.verdict_arc), asking.generation);
-        let theta = asking.theta[..self.parameters.len()].to_vec();
-        (arc < self.store.arcs.len()).then_some(Due { frame: frame.number, t_ns: frame.t_ns, arc, generation, theta })
+        // what was held out has no message of its own
+        let ended = self.ended.get(arc)?;
+        let start = if ended.is_empty() { asking.theta[..self.parameters.len()].to_vec() } else { ended.clone() };
+        Some(Question { frame: frame.number, arc, generation, start })
+    }
+
+    fn evidence(&self, question: &Question) -> Evidence {
+        let own = &self.store.arcs[question.arc];
+        Evidence {
+            number: own.number,
+            generation: question.generation,
+            plant: own.plant.clone(),
+            recording: self.store.recording(question.arc).filter(|_| self.store.is_whole(question.arc)),
+            parameters: self.parameters.clone(),
+            start: question.start.clone(),
+        }
+    }
+}
+
+impl Evidence {
+    fn answer(self, watch: &Watch) -> Answer {
+        let start = (&self.parameters, &self.start[..]);
+        let (verdict, effects, theta) = examination::examined(&self.plant, self.recording, start, watch);
+        Answer { arc: self.number, generation: self.generation, verdict, theta, effects }
     }
 }
 
@@ -114,37 +171,45 @@ impl Partition for Diagnoser {
         &[CRAFT.id, INFORMATION_INERTIAL.id, INFORMATION_SLOSH.id, INFORMATION_MODAL.id, ESTIMATE_JOINT.id]
     }
 
+    fn start_threads(&mut self) {
+        self.thread = Some(Thread::start());
+    }
+
     fn frame(&mut self, frame: &Frame<'_>, _out: &mut Outputs) {
         self.hear(frame);
         self.store.take(frame);
-        self.due = self.asked(frame);
+        (self.now, self.period_ns) = ((frame.number, frame.t_ns), frame.period_ns);
+        if let Some(question) = self.question_of(frame) {
+            (self.question, self.computation) = (Some(question), None);
+        }
     }
 
     fn has_work(&self) -> bool {
-        self.due.is_some()
+        self.question.is_some()
     }
 
-    /// One diagnosis: see [`examination::WORK_MAX`].
+    /// A frame's share of a diagnosis: see [`craft::pace`].
     fn work(&mut self, out: &mut Outputs) {
-        let Some(due) = self.due.take() else { return };
-        let own = &self.store.arcs[due.arc];
-        let recording = self.store.recording(due.arc).filter(|_| self.store.is_whole(due.arc));
-        // what was held out has no message of its own
-        let ended = Some(&self.ended[due.arc]).filter(|ended| !ended.is_empty()).unwrap_or(&due.theta);
-        let start = (&self.parameters, &ended[..]);
-        let (verdict, effects, theta) = examination::examined(&own.plant, recording, start);
-        let answer = Answer { arc: own.number, generation: due.generation, verdict, theta, effects };
-        let mut said = sample(&answer, &own.plant, &self.parameters);
-        (said.header.t_meas_ns, said.frame) = (due.t_ns, due.frame);
+        let Some(question) = &self.question else { return };
+        let granted = pace::granted(self.now.0 - question.frame, self.period_ns);
+        if self.computation.is_none() {
+            let evidence = self.evidence(question);
+            let thread = self.thread.get_or_insert_with(Thread::start);
+            self.computation = Some(Computation::start(thread, move |watch| evidence.answer(watch)));
+        }
+        let Some(answer) = self.computation.as_mut().and_then(|one| one.within(granted)) else { return };
+        let mut said = sample(&answer, &self.store.arcs[question.arc].plant, &self.parameters);
+        (said.frame, said.header.t_meas_ns) = self.now;
         out.publish(DIAGNOSIS, &said);
+        (self.question, self.computation) = (None, None);
     }
 
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
-        runtime::save_state(&(&self.store.state, &self.ended), state)
+        runtime::save_state(&(&self.store.state, &self.ended, &self.question), state)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
-        (self.store.state, self.ended) = runtime::restore_state(state)?;
+        (self.store.state, self.ended, self.question) = runtime::restore_state(state)?;
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use craft::missing::Missing;
 use craft::parameters::Parameters;
 use diagnosis::examination::examined;
 use dynamics::description::Plant;
+use identification::work::Watch;
 use telemetry::DiagnosisVerdict;
 
 fn plant(text: &str) -> Plant {
@@ -21,7 +22,7 @@ fn answer(plant: &Plant, hidden: &[(&str, &str, f64)], duration_s: f64) -> (Diag
     let recording = simulation::record(&truth, 11, duration_s, &mut |_| {}).unwrap();
     let parameters = Parameters::of_plant(plant).unwrap();
     let start: Vec<f64> = parameters.unknowns.iter().map(|unknown| unknown.prior).collect();
-    examined(plant, Some(recording), (&parameters, &start))
+    examined(plant, Some(recording), (&parameters, &start), &Watch::default())
 }
 
 #[test]
@@ -43,7 +44,7 @@ fn a_plant_that_is_complete_misses_nothing_and_rows_that_were_lost_decide_nothin
     let (verdict, effects, _) = answer(&pendulum, &[], 3.0);
     assert_eq!((verdict, effects), (DiagnosisVerdict::Nothing, Vec::new()));
     let parameters = Parameters::of_plant(&pendulum).unwrap();
-    let (verdict, effects, theta) = examined(&pendulum, None, (&parameters, &[]));
+    let (verdict, effects, theta) = examined(&pendulum, None, (&parameters, &[]), &Watch::default());
     assert_eq!((verdict, effects), (DiagnosisVerdict::CannotDecide, Vec::new()));
     assert!(theta.iter().zip(&parameters.unknowns).all(|(value, unknown)| *value == unknown.prior));
 }

@@ -11,6 +11,7 @@
 //! | `places` | shared unknowns and those of one arc alone |
 //! | `refusal` | an arc that no parameters explain, whatever steps are to come |
 //! | `missing` | physics that an arc misses, as a sample and as part of a plant |
+//! | `pace` | how many frames a diagnosis takes |
 //! | `store` | the rows of arcs, kept from frame to frame |
 //! | `keeper` | the partition that keeps an arc |
 //!
@@ -49,6 +50,7 @@ pub mod fold;
 pub mod keeper;
 pub mod message;
 pub mod missing;
+pub mod pace;
 pub mod parameters;
 mod places;
 pub mod point;

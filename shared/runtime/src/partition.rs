@@ -142,6 +142,9 @@ pub trait Partition: Send {
     fn is_ready(&mut self, _number: u64) -> bool {
         true
     }
+    /// Starts the threads that it computes on. A process calls it once, when files and capabilities
+    /// are given up, which threads inherit, and before the right to start any is.
+    fn start_threads(&mut self) {}
     /// The one place where estimator state changes.
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs);
     /// Whether the last frame left work that takes longer than a frame (a factorisation).

@@ -246,8 +246,12 @@ impl<L: Link> Runner<L> {
         self
     }
 
-    /// Work that a frame leaves is done on a thread of its own from now on.
+    /// Work that a frame leaves is done on a thread of its own from now on; the partition starts
+    /// its own ones.
     pub fn work_beside(&mut self) {
+        if let Some(partition) = &mut self.partition {
+            partition.start_threads();
+        }
         self.worker = Some(Worker::start());
     }
     /// Source: frames are due by the clock.

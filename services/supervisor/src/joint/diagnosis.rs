@@ -83,7 +83,9 @@ impl JointSupervisor {
         out.publish(ESTIMATE_JOINT, &sample);
         (self.state.diagnosed.asked, self.state.diagnosed.generation) = (true, generation);
         self.state.diagnosed.question = Some((verdict.code(), of as u16));
-        self.state.stage = Stage::Diagnosing { until_frame: frame.number + WINDOWS_MAX * self.window };
+        let diagnosis = craft::pace::frames_max(frame.period_ns);
+        let until_frame = frame.number + WINDOWS_MAX * self.window + diagnosis;
+        self.state.stage = Stage::Diagnosing { until_frame };
     }
 
     /// Waits for the answer. With an effect in it the model goes on; without one, or without an
