@@ -3,7 +3,8 @@
 //!
 //! A size is one to eight times the default of the catalogue, log-uniform, of either sign where the
 //! effect has two: the first is hardly seen, the last not overlooked. All other parameters have
-//! their defaults.
+//! their defaults. The order is drawn, too: of a measurement that is stopped, the rows that it has
+//! written are a fair sample.
 
 use super::study_case::flown;
 use super::{Answers, Arguments};
@@ -80,13 +81,18 @@ pub(super) fn measure(arguments: &Arguments, to: &mut Answers) -> Result<(), Fai
     Ok(())
 }
 
-/// Every effect of the catalogue that some part of the craft can carry, in the catalogue's order.
+/// Every effect of the catalogue that some part of the craft can carry, in an order drawn from the
+/// seed.
 fn effects(opened: &Opened, seed: u64) -> Result<Vec<Hidden>, Failure> {
     let impossible = |reason: String| Failure::Run(format!("study case: {reason}"));
     let plan = opened.scenario.craft.as_ref().ok_or_else(|| impossible("no craft".into()))?;
     let arc = plan.arcs.first().ok_or_else(|| impossible("no arc".into()))?;
     let plant = plan.known(arc).map_err(|error| impossible(error.to_string()))?;
-    Ok(plant.catalogue.entries().iter().filter_map(|effect| drawn(effect, &plant, seed)).collect())
+    let mut all: Vec<Hidden> =
+        plant.catalogue.entries().iter().filter_map(|effect| drawn(effect, &plant, seed)).collect();
+    let place = |hidden: &Hidden| Stream::of_parts(seed, &["order", hidden.kind]).uniform_pair(0)[0];
+    all.sort_by(|a, b| place(a).total_cmp(&place(b)));
+    Ok(all)
 }
 
 /// `effect` at a site of `plant` and of a size drawn from the seed; `None` where no site fits.
@@ -240,7 +246,11 @@ mod tests {
         let all = effects(&opened, 5).unwrap();
         assert!(all.len() > 40, "{}", all.len());
         let other = effects(&opened, 6).unwrap();
-        assert!(all.iter().zip(&other).any(|(a, b)| a.site != b.site));
+        let kinds = |all: &[Hidden]| all.iter().map(|hidden| hidden.kind).collect::<Vec<_>>();
+        assert_ne!(kinds(&all), kinds(&other));
+        let again =
+            |own: &Hidden| other.iter().find(|other| other.kind == own.kind).is_some_and(|o| o.site != own.site);
+        assert!(all.len() == other.len() && all.iter().any(again));
         for hidden in all.iter().filter(|hidden| ["joint_coulomb", "gyro_g_sensitivity"].contains(&hidden.kind)) {
             assert!(scenario_file::study_case_hiding(&[hidden.text()]).is_ok(), "{}", hidden.text());
         }
