@@ -18,8 +18,7 @@ use telemetry::DiagnosisVerdict;
 /// that the plant cannot predict decide nothing, and leave the parameters where they were.
 ///
 /// The start is no prior: values that made up for what is missing would cost the effect that is
-/// right what they are off. `watch` sees the work, whose limit is
-/// [`WORK_MAX`], and stops it.
+/// right what they are off. `watch` sees the work, whose limit is [`WORK_MAX`], and stops it.
 pub fn examined(
     plant: &Plant,
     recording: Option<Recording>,
