@@ -35,8 +35,7 @@ pub const LABEL_CHECK_SHARE: f64 = 0.2;
 /// The beginning of a note on what the limit did not allow, and of one on what an interruption did
 /// not.
 pub const LIMIT_NOTE: &str = "to bound the work these were left out: ";
-/// What a fit leaves out that has no room to end.
-pub const FIT_STEPS: &str = "the last steps of fits";
+const FIT_STEPS: &str = "the last steps of fits";
 const STOPPED_NOTE: &str = "for the interruption these were left out: ";
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates
 /// apart.

@@ -10,7 +10,6 @@ use identification::filter::{NoiseModel, equip};
 use identification::fit::noise::{Search, maximise};
 use identification::fit::{EstimationSession, Fit, fit, is_mass};
 use identification::problem::Problem;
-use identification::work::{FIT_STEPS, Work};
 
 /// A fitted augmented plant.
 #[derive(Clone, Debug)]
@@ -128,8 +127,7 @@ const SETTLING_GAIN: f64 = 0.1;
 /// whose objective is below `good` ends the search over starts; `None` where no start can be
 /// fitted.
 ///
-/// Cost: at most one fit a start, each of a few relinearisations; behind the first one, what the
-/// work allows.
+/// Cost: at most one fit a start, each of a few relinearisations.
 pub fn refit_all(
     session: &EstimationSession<'_>,
     nominal: &Fit,
@@ -138,11 +136,7 @@ pub fn refit_all(
     good: f64,
 ) -> Option<FittedModel> {
     let mut best: Option<FittedModel> = None;
-    let mut room = Room::new(session);
     for share in [1.0, 0.3] {
-        if best.is_some() && !room.is_left() {
-            break;
-        }
         let mut plant = nominal.plant.clone();
         let mut free = 0;
         let mut possible = true;
@@ -173,7 +167,7 @@ pub fn refit_all(
             break;
         }
     }
-    let shaped = best.as_ref().filter(|_| room.is_left()).and_then(|best| shaped(session, best, parts));
+    let shaped = best.as_ref().and_then(|best| shaped(session, best, parts));
     shaped.or(best)
 }
 
@@ -211,37 +205,12 @@ fn shaped(session: &EstimationSession<'_>, refit: &FittedModel, parts: &[(&Colum
     })
 }
 
-/// Room for fits one behind the other, each as dear as the dearest so far.
-struct Room<'a> {
-    work: &'a Work,
-    at: f64,
-    dearest: f64,
-}
-
-impl<'a> Room<'a> {
-    fn new(session: &'a EstimationSession<'_>) -> Self {
-        Self { work: &session.work, at: session.work.spent(), dearest: 0.0 }
-    }
-
-    /// There is room for another fit behind the one that has ended; else it is left out.
-    fn is_left(&mut self) -> bool {
-        let spent = self.work.spent();
-        self.dearest = self.dearest.max(spent - self.at);
-        self.at = spent;
-        self.work.goes_on(FIT_STEPS) && self.work.allows_step(self.dearest)
-    }
-}
-
-/// `refit` at its local optimum: parameters and noise in turn until neither gains, one turn in any
-/// case and more as the work allows; unchanged where it cannot be improved.
+/// `refit` at its local optimum: parameters and noise in turn until neither gains; unchanged where
+/// it cannot be improved.
 pub fn settled(session: &EstimationSession<'_>, refit: FittedModel) -> FittedModel {
     let search = Search { sweeps: 3, colour: true, scan: false };
     let mut best = refit;
-    let mut room = Room::new(session);
-    for turn in 0..SETTLING_TURNS {
-        if turn > 0 && !room.is_left() {
-            break;
-        }
+    for _ in 0..SETTLING_TURNS {
         let Ok(own) = EstimationSession::like(session, &best.problem) else { break };
         let Ok(fitted) = fit(&own, &best.plant, &best.fit.theta, &best.noise, SETTLING_ROUNDS) else { break };
         let found = maximise(&own, &fitted.linearised, &fitted.theta, &[], &best.noise, search);

@@ -1,9 +1,6 @@
-use super::refit::settled;
 use super::subsets::tests::column;
 use super::*;
-use crate::synthetic::{off_priors, plant, problem, recording, with_effect};
-use identification::work::Work;
-use std::sync::Arc;
+use crate::synthetic::{plant, problem, recording, with_effect};
 
 /// The hub of `effect`, its amplitude found as so many of its standard errors.
 fn significant_at(kind: &str, site: &str, values: &[(&str, f64)], sigmas: f64) -> bool {
@@ -38,26 +35,4 @@ fn a_mode_of_zero_share_is_insignificant_and_a_law_without_a_start_of_its_own_is
     }
     // of that the ratio of likelihoods has spoken
     assert!(significant_at("sensor_bias", "sensor:acceleration_10", &[("bias", 1e-3)], 1.0));
-}
-
-/// What a fit costs until neither parameters nor noise gain, and what was left out.
-fn settling(most: f64) -> (f64, Option<String>) {
-    let nominal = plant("drive_rig");
-    let problem = problem(&nominal, recording(&off_priors(&nominal, 5), 5, 4.0));
-    let work = Arc::new(Work::of(most));
-    let session = EstimationSession::counted(&problem, 1, work.clone()).unwrap();
-    let fit = identification::fit::fit(&session, &nominal, &session.prior(), &session.noise, 1).unwrap();
-    let mut loud = session.noise.clone();
-    loud.sensor_sigma.iter_mut().for_each(|sigma| *sigma *= 3.0);
-    let (begun, start) = (work.spent(), FittedModel::new(problem.clone(), fit, loud, f64::INFINITY));
-    settled(&session, start);
-    (work.spent() - begun, work.note())
-}
-
-#[test]
-fn a_fit_without_room_for_a_second_turn_ends_with_the_first_and_says_so() {
-    let (whole, note) = settling(1e12);
-    assert!(note.is_none(), "{note:?}");
-    let (spent, note) = settling(0.0);
-    assert!(spent < 0.6 * whole && note.is_some(), "{spent:e} of {whole:e}: {note:?}");
 }
