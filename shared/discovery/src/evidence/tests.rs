@@ -62,3 +62,45 @@ fn commands_that_are_logged_late_are_a_matter_of_timing_and_no_physics() {
     let [timing] = &found.input_timing[..] else { panic!("{:?}", found.input_timing) };
     assert!((timing.shift_samples + 1.0).abs() < 0.3 && timing.probability > 0.9, "{timing:?}");
 }
+
+/// The plant alone on a recording of four seconds, with what `look` makes of it.
+fn about_bare<T>(recorded: Recording, look: impl Fn(&EstimationSession<'_>, &Model) -> T) -> T {
+    let problem = Problem::new(&plant("oscillator"), &[recorded], &[]).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let model = bare(&session, &nominal(&session, &Options::default()).unwrap()).unwrap();
+    look(&session, &model)
+}
+
+#[test]
+fn channels_whose_noise_remembers_are_proposed_together_and_white_ones_are_not() {
+    let most = |recorded: Recording| {
+        about_bare(recorded, |session, model| {
+            let ground = Ground { session };
+            let screened = screen::screen(ground, model, &[]).unwrap();
+            let (list, _) = propose::proposals(ground, model, &screened, 4.0);
+            let is_colour = |own: &&hypothesis::Hypothesis| matches!(own, hypothesis::Hypothesis::Coloured(_));
+            list.iter().map(|own| own.set.iter().filter(is_colour).count()).max().unwrap_or(0)
+        })
+    };
+    let nominal = plant("oscillator");
+    assert_eq!([most(coloured(&nominal, 5, 4.0, 0.8)), most(recording(&nominal, 5, 4.0))], [2, 0]);
+}
+
+/// A disturbance that was taken for three times its size leaves the readings too little.
+#[test]
+fn what_explains_a_distance_is_readings_beside_disturbances_of_their_stated_size() {
+    about_bare(recording(&plant("oscillator"), 7, 4.0), |session, model| {
+        let (linearised, theta) = (&model.fit.linearised, &model.fit.theta[..]);
+        let linear = Linearly { session, linearised, theta, extra: &[], room: &[] };
+        let mut taken = session.noise.clone();
+        taken.input_sigma.iter_mut().for_each(|sigma| *sigma *= 3.0);
+        taken.sensor_sigma.iter_mut().for_each(|sigma| *sigma *= 0.8);
+        let own = predict::explaining(&linear, &taken, NoisePrior::new(session, Vec::new())).unwrap();
+        assert!(own.input_sigma.iter().zip(&session.noise.input_sigma).all(|(own, stated)| own <= stated), "{own:?}");
+        for (own, stated) in own.sensor_sigma.iter().zip(&session.noise.sensor_sigma) {
+            assert!((0.9..1.0 + 1e-9).contains(&(own / stated)), "{own} of {stated}");
+        }
+        let within = predict::explaining(&linear, &session.noise, NoisePrior::new(session, Vec::new())).unwrap();
+        assert_eq!(within.sensor_sigma, session.noise.sensor_sigma);
+    });
+}
