@@ -23,7 +23,7 @@ mod dense;
 mod disturbances;
 mod equations;
 mod frozen;
-mod gains;
+pub(crate) mod gains;
 mod gradient;
 mod horizon;
 mod initial;

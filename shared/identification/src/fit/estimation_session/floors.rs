@@ -1,6 +1,7 @@
 //! Unspecified noise of inputs: the floor that it starts at, and the prior of its level.
 
 use super::EstimationSession;
+use crate::filter::gains::gains_in_parts;
 use crate::filter::{NoiseModel, Propagator, Start, gains, initial_sigmas, linearise};
 use crate::fit::FitError;
 
@@ -14,6 +15,16 @@ const DISTURBANCE_SHARE: f64 = 0.01;
 const KICK_MAX: f64 = 1e-2;
 /// A disturbance may always grow to this many times its floor.
 const FLOORS_LEAST: f64 = 10.0;
+/// Increase of `Σ ln S` of all recordings at most that a lowered floor makes. Of a component of the
+/// readings whose variance it raises by the share λ, `Σ ln S` rises by `ln(1 + λ)` and the information
+/// falls by `1/(1 + λ)`: of none by more than a tenth, be it that of a constant force.
+const RECORD_INFLATION: f64 = 0.1;
+/// Turns in which a floor is lowered, and the standard deviation, as a share of a floor, that stands
+/// for none.
+const LOWERINGS_MAX: usize = 4;
+const NO_FLOOR: f64 = 1e-3;
+/// Events whose gains are held at a time.
+const EVENTS_HELD: usize = 256;
 /// Events that decide on the floor, and halvings of the decades in which it is looked for.
 const FLOOR_EVENTS: usize = 400;
 const HALVINGS: usize = 24;
@@ -65,6 +76,40 @@ impl EstimationSession<'_> {
         }
         self.noise = start;
         Ok(())
+    }
+
+    /// Lowers the floors of unspecified inputs until none takes information from the recordings as
+    /// wholes. A floor that a few samples do not show still lets momentum wander, which hides a force
+    /// that lasts.
+    ///
+    /// Cost: one linearisation, and a few recursions for each input.
+    pub fn lower_floors(&mut self) {
+        let unstated: Vec<usize> =
+            (0..self.disturbance_sigma.len()).filter(|k| self.disturbance_sigma[*k].is_finite()).collect();
+        let Ok(linears) = self.linearise(&self.problem.plant, &self.prior(), &self.noise) else { return };
+        let determinant = |noise: &NoiseModel| -> Option<f64> {
+            let runs = linears.iter().zip(self.timelines.iter());
+            runs.map(|(linear, timeline)| gains_in_parts(linear, timeline, noise, EVENTS_HELD, &mut |_, _| {})).sum()
+        };
+        let mut without = self.noise.clone();
+        unstated.iter().for_each(|k| without.input_sigma[*k] *= NO_FLOOR);
+        let Some(none) = determinant(&without) else { return };
+        let mut lowered = without.clone();
+        for k in unstated {
+            let mut noise = without.clone();
+            noise.input_sigma[k] = self.noise.input_sigma[k];
+            for _ in 0..LOWERINGS_MAX {
+                let inflation = determinant(&noise).map_or(f64::INFINITY, |own| own - none);
+                if inflation <= RECORD_INFLATION {
+                    break;
+                }
+                // ln(1 + λ) is short of λ, which falls with the variance
+                let share = libm::expm1(RECORD_INFLATION) / libm::expm1(inflation.min(10.0));
+                noise.input_sigma[k] *= share.sqrt().max(NO_FLOOR);
+            }
+            lowered.input_sigma[k] = noise.input_sigma[k].max(without.input_sigma[k]);
+        }
+        self.noise = lowered;
     }
 
     /// Per noise input of unspecified size, a share of the force that moves what it pushes:
