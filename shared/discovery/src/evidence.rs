@@ -15,7 +15,7 @@
 //! | `marginal`, `noise` | Laplace's method with bounds; the noise with its priors |
 //! | `timing`, `exact` | inputs between their samples; numbers that are stated as exact |
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
-//! | `screen`, `propose` | the catalogue about a model; what is worth a fit |
+//! | `screen`, `propose`, `others`, `disturbed` | the catalogue about a model; what is worth a fit |
 //! | `temper`, `predict`, `learned` | what a gain is worth where innovations remember; held-out data in nats |
 //! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
 //! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
@@ -28,6 +28,7 @@
 mod alias;
 mod answer;
 mod decide;
+mod disturbed;
 mod exact;
 mod exact_columns;
 mod horizon;
@@ -38,6 +39,7 @@ mod learned;
 mod marginal;
 mod model;
 mod noise;
+mod others;
 mod pool;
 mod predict;
 mod propose;
@@ -53,7 +55,6 @@ use identification::fit::{EstimationSession, Fit};
 use identification::problem::Problem;
 use identification::work::Work;
 use model::{Ground, Model, settled};
-use noise::{Linearly, NoisePrior};
 use std::sync::Arc;
 
 /// Diagnoses `problem` by the evidence of sets of hypotheses; options and answer as those of
@@ -72,7 +73,7 @@ fn run(
     work: &Arc<Work>,
     progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<Diagnosis, String> {
-    let session =
+    let mut session =
         EstimationSession::counted(problem, options.threads, work.clone()).map_err(|error| error.to_string())?;
     let mut outline = Outline::new(&session, options.held_out.is_some(), progress);
     outline.begin(Phase::Fit);
@@ -80,6 +81,7 @@ fn run(
         return Err(reason);
     }
     let stated = nominal(&session, options)?;
+    session.lower_floors();
     outline.begin(Phase::Noise);
     let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
     outline.begin(Phase::Compare);
@@ -103,11 +105,7 @@ fn run(
 
 /// The plant without hypotheses: from the fit under stated noise on.
 fn bare(session: &EstimationSession<'_>, stated: &Fit) -> Option<Model> {
-    let prior = NoisePrior::new(session, Vec::new());
-    let (linearised, theta) = (&stated.linearised, &stated.theta[..]);
-    let linear = Linearly { session, linearised, theta, extra: &[], room: &[] };
-    let noise = linear.scanned(&session.noise, &prior)?;
-    settled(Ground { session }, &[], session.problem.clone(), (session.prior(), theta), &noise)
+    settled(Ground { session }, &[], session.problem.clone(), (session.prior(), &stated.theta), &session.noise)
 }
 
 #[cfg(test)]

@@ -33,6 +33,8 @@ const EXPERIMENT_ROUNDS: f64 = 10.0;
 const MENU: f64 = 10.0;
 /// Channel metadata that are right, per problem.
 const LABEL_ROUNDS: f64 = 12.0;
+/// The same of a set that is fitted with its noise and sharper signs, before any is known.
+pub const FITTED_SET_ROUNDS: f64 = 4.0 * SET_ROUNDS;
 /// An expansion of a set of hypotheses without its fits, and their usual number.
 const EXPANSION_ROUNDS: f64 = 52.0;
 const PROPOSALS: f64 = 6.5;
@@ -162,10 +164,15 @@ impl<'a> Outline<'a> {
         found
     }
 
-    /// The `k`th expansion of a pool begins, of which the dearest cost `dearest` so far.
-    pub fn expansion(&mut self, k: usize, dearest: f64) {
+    /// The `k`th expansion of a pool begins, of which the dearest cost `dearest` so far; `open` others
+    /// stand to be expanded.
+    pub fn expansion(&mut self, k: usize, dearest: f64, open: usize) {
         let first = self.round * EXPANSION_ROUNDS;
-        let after = if k == 0 { self.round * UNKNOWN * PROPOSALS * SET_ROUNDS } else { FURTHER * dearest };
+        let others = open as f64;
+        let after = match k {
+            0 => self.round * UNKNOWN * PROPOSALS * SET_ROUNDS + others * first,
+            _ => others.max(FURTHER) * dearest,
+        };
         let room = (self.work.until(1.0) - self.work.spent()).max(0.0);
         self.work.plan(if k == 0 { first } else { dearest }, after.min(room) + self.round * UNKNOWN_LAW_ROUNDS);
     }

@@ -1,18 +1,18 @@
 //! A pool of models as a diagnosis.
 
+mod compares;
 mod effects;
 mod figures;
 mod numbers;
+mod relevant;
 
 use super::alias::classes;
-use super::decide::{Class, Decision, Weighted, decide};
-use super::horizon::{Compared, Horizons};
+use super::decide::{Class, Decision, Weighted, decide, found_verdict};
+use super::horizon::Compared;
 use super::hypothesis::{Hypothesis, name_of};
 use super::law::{Kind, Law};
 use super::model::{Ground, Model};
-use super::noise::Linearly;
 use super::pool::{Entry, Pool};
-use super::predict::explaining;
 use super::timing::shift_of;
 use crate::compete::FittedModel;
 use crate::diagnose::{
@@ -20,6 +20,8 @@ use crate::diagnose::{
 };
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
 use identification::held_out::{Gain, Status};
+
+use compares::Compares;
 
 /// Weight below which a rival is left out of the report.
 const REPORTED: f64 = 1e-3;
@@ -74,20 +76,28 @@ pub(super) fn answered(
         })
         .collect();
     let best = &pool.entries[pool.best()].model;
-    let decision = decide(&models, names.list.len(), best.prior(session).is_off(&best.noise));
-    let [leader, bare] = [decision.leader, 0].map(|place| &pool.entries[place]);
-    let beside = |before: &Entry| match (&leader.held_out, &before.held_out) {
-        (Some(own), Some(before)) => own.beside(before),
-        _ => on_fitted(session, &leader.model, &before.model),
-    };
-    let (compared, left) = (beside(bare), beside(leader));
+    let mut decision = decide(&models, names.list.len(), best.prior(session).is_off(&best.noise));
+    let setting = (session, pool, options);
+    let found = [Verdict::Named, Verdict::Sensor, Verdict::NotSeparable].contains(&decision.verdict);
+    let most = decision.leader;
+    let (place, unworthy) =
+        if found { relevant::worthy(setting, decision.leader) } else { (decision.leader, Vec::new()) };
+    if !unworthy.is_empty() {
+        decision.leader = place;
+        decision.verdict = found_verdict(&models[place].members, &decision.inclusion);
+    }
+    let quiet = pool.quiet();
+    let [leader, bare] = [decision.leader, quiet].map(|place| &pool.entries[place]);
+    let compares = Compares::new(setting, decision.leader);
+    let (compared, left) = (compares.beside(bare), compares.beside(leader));
     // shifted inputs are no plant that could be carried over
-    let is_alone = decision.leader == 0 || shift_of(&leader.model.set).is_some();
+    let is_alone = decision.leader == quiet || shift_of(&leader.model.set).is_some();
     let with = fitted_model(&leader.model);
     let unseen = held_out(session.problem, session, &bare.model.fit, &with, is_alone, options);
     let (models, names) = (&models[..], &names.list[..]);
+    let (decision, worth) = (&decision, options.worth);
     let shown =
-        Shown { session, pool, models, names, decision: &decision, law, compared, left, unseen, worth: options.worth };
+        Shown { session, pool, models, names, decision, most, quiet, law, compared, left, unseen, unworthy, worth };
     shown.diagnosis(notes)
 }
 
@@ -103,6 +113,10 @@ struct Shown<'a> {
     models: &'a [Weighted],
     names: &'a [String],
     decision: &'a Decision,
+    /// The model of most weight, members that are not worth adding included.
+    most: usize,
+    /// The plant alone, or with noise that is not stated.
+    quiet: usize,
     law: Option<&'a Law>,
     /// The leading model beside the plant alone, over a horizon: on held-out data, on the fitted
     /// ones where there are none.
@@ -111,6 +125,8 @@ struct Shown<'a> {
     left: Option<Compared>,
     /// Another recording, or blocks of the fitted ones, predicted with frozen parameters.
     unseen: HeldOutEvidence,
+    /// Members that are there and not worth adding.
+    unworthy: Vec<String>,
     /// Share of the signal below which nothing is worth adding.
     worth: f64,
 }
@@ -119,26 +135,13 @@ fn fitted_model(model: &Model) -> FittedModel {
     FittedModel::new(model.problem.clone(), model.fit.clone(), model.noise.clone(), model.objective)
 }
 
-/// Free runs over a horizon of two models on the fitted recordings.
-fn on_fitted(session: &EstimationSession<'_>, own: &Model, bare: &Model) -> Option<Compared> {
-    let ground = Ground { session };
-    let of = |model: &Model| {
-        let session = model.session(ground)?;
-        let (linearised, theta) = (&model.fit.linearised, &model.fit.theta[..]);
-        let linear = Linearly { session: &session, linearised, theta, extra: &[], room: &[] };
-        let explaining = explaining(&linear, &model.noise, model.prior(ground.session))?;
-        Horizons::new(&session, &linearised.linears, &model.noise, &explaining)
-    };
-    of(own)?.beside(&of(bare)?)
-}
-
 impl Shown<'_> {
     fn leader(&self) -> &Entry {
         &self.pool.entries[self.decision.leader]
     }
 
     fn bare(&self) -> &Entry {
-        &self.pool.entries[0]
+        &self.pool.entries[self.quiet]
     }
 
     fn verdict(&self) -> Verdict {
@@ -233,7 +236,7 @@ impl Shown<'_> {
         }
         let readings = |held_out: &super::predict::HeldOut| held_out.terms.times_s.len();
         let count = session.samples + self.leader().held_out.as_ref().map_or(0, readings);
-        diagnosis.total_evidence = Some((self.pool.score(self.leader()), count));
+        diagnosis.total_evidence = Some((self.pool.score(&self.pool.entries[self.most]), count));
         diagnosis.located = self.located();
         diagnosis.figures = self.figures();
         match self.next() {
@@ -243,7 +246,7 @@ impl Shown<'_> {
         }
         diagnosis.nominal = self.nominal();
         diagnosis.held_out = self.held_out();
-        let compared = self.compared.as_ref().filter(|_| self.decision.leader != 0);
+        let compared = self.compared.as_ref().filter(|_| self.decision.leader != self.quiet);
         let relevance = compared.and_then(Compared::relevance);
         diagnosis.relevance_percent = relevance.map(|share| 100.0 * share);
         diagnosis.notes.extend(self.horizon());
@@ -281,7 +284,7 @@ impl Shown<'_> {
         let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
         let reason = match self.verdict() {
             Verdict::NotInCatalogue | Verdict::CannotDecide if self.is_smaller() => {
-                format!("{key}: {odds:.1} nats ahead of the plant alone, and more is left")
+                format!("{key}: {odds:.1} nats ahead of the plant without a finding, and more is left")
             }
             Verdict::CannotDecide if self.law.is_none() => {
                 format!("the search ended at the limit of its work before all laws were compared{}", self.remainder())
@@ -290,10 +293,10 @@ impl Shown<'_> {
                 return self.law.map_or(String::new(), |law| format!("{}{}", law.words, self.remainder()));
             }
             Verdict::Named | Verdict::Sensor => {
-                format!("{key}: {odds:.1} nats ahead of the plant alone, prior and multiplicity counted")
+                format!("{key}: {odds:.1} nats ahead of the plant without a finding, prior and multiplicity counted")
             }
             Verdict::NotSeparable => format!(
-                "something is missing (probability {:.3}), and several laws explain it: {key} leads, {odds:.1} nats ahead of the plant alone",
+                "something is missing (probability {:.3}), and several laws explain it: {key} leads, {odds:.1} nats ahead of the plant without a finding",
                 self.decision.found
             ),
             Verdict::ParameterConflict => format!("{key}: {odds:.1} nats ahead of the number as the file states it"),
@@ -315,7 +318,11 @@ impl Shown<'_> {
                 self.remainder()
             ),
         };
-        format!("{reason}{beside}")
+        let unworthy = match &self.unworthy[..] {
+            [] => String::new(),
+            names => format!("; seen and not worth adding: {}", names.join(", ")),
+        };
+        format!("{reason}{unworthy}{beside}")
     }
 
     /// Fitted noise over stated, in words.
@@ -329,6 +336,12 @@ impl Shown<'_> {
         let stated_inputs = inputs.filter(|(i, _)| self.session.disturbance_sigma[*i].is_infinite());
         let inputs =
             stated_inputs.map(|(i, name)| format!("{name} x{:.2}", noise.input_sigma[i] / stated.input_sigma[i]));
-        sensors.chain(inputs).collect::<Vec<_>>().join(", ")
+        let unstated = self.leader().model.set.iter().filter_map(|own| match own {
+            Hypothesis::Disturbance(k, name) => {
+                Some(format!("disturbance of {name} {:.3e}, which is not stated", noise.input_sigma[*k]))
+            }
+            _ => None,
+        });
+        sensors.chain(inputs).chain(unstated).collect::<Vec<_>>().join(", ")
     }
 }

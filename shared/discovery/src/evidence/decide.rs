@@ -121,15 +121,8 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let equal = own.filter(|(_, model)| model.weight >= EQUAL * most);
     let leader = equal.min_by_key(|(place, model)| (model.rank, *place)).map_or(0, |(place, _)| *place);
     let members = models.get(leader).map_or(&[][..], |model| &model.members);
-    let own = |class: &[Class]| members.iter().filter(|(own, _)| class.contains(own)).collect::<Vec<_>>();
-    let named = own(&[Class::Physics, Class::Sensor]);
     let verdict = if is_found {
-        let is_sure = named.iter().all(|(_, name)| inclusion[*name] >= LEVEL);
-        match is_sure {
-            false => Verdict::NotSeparable,
-            true if own(&[Class::Physics]).is_empty() => Verdict::Sensor,
-            true => Verdict::Named,
-        }
+        found_verdict(members, &inclusion)
     } else if weight(&[Class::Timing]) >= LEVEL {
         Verdict::InputTiming
     } else if weight(&[Class::Conflict]) >= LEVEL {
@@ -140,6 +133,16 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
         Verdict::None
     };
     Decision { verdict, leader, inclusion, found }
+}
+
+/// The verdict on findings: of members of the leading model, with the weights of all names.
+pub(super) fn found_verdict(members: &[(Class, usize)], inclusion: &[f64]) -> Verdict {
+    let own = |class: &[Class]| members.iter().filter(|(own, _)| class.contains(own)).collect::<Vec<_>>();
+    match own(&[Class::Physics, Class::Sensor]).iter().all(|(_, name)| inclusion[*name] >= LEVEL) {
+        false => Verdict::NotSeparable,
+        true if own(&[Class::Physics]).is_empty() => Verdict::Sensor,
+        true => Verdict::Named,
+    }
 }
 
 #[cfg(test)]

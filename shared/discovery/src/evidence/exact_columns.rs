@@ -50,5 +50,5 @@ fn proposal(
     let normal = linear.normal(&noise)?;
     let bound = Bound { place: normal.unknowns, room: room[0], prior: [down, f64::INFINITY] };
     let value = log_marginal(&normal, &[bound])? + linear.log_width_expected(&noise, &prior)?;
-    Some(Proposal { set: vec![Hypothesis::Exact(exact)], log_bayes: value - bare, noise })
+    Some(Proposal { instead: false, set: vec![Hypothesis::Exact(exact)], log_bayes: value - bare, noise })
 }

@@ -4,7 +4,7 @@
 //! several lengths are run, since over long ones what counts is how well parameters are known, too;
 //! an effect matters if it does at some length. Of each channel of each recording, e being the
 //! distance and v what the better plant's noise gives it (no disturbance above its stated size, the
-//! readings' as fitted beside these),
+//! readings' as fitted beside these) with what its parameters give it, as well as they are known,
 //!
 //! ```text
 //! share = 1 − Σ (e_after² − v) / Σ (e_before² − v)        of the misfit that noise cannot explain
@@ -17,6 +17,7 @@ use super::decide::{MAIN_SHARE, RELEVANT_SHARE, SEEN_SHARE, WORSE};
 use identification::filter::{Linear, NoiseModel, ahead};
 use identification::fit::EstimationSession;
 use identification::held_out::{Gain, block_s, blocks};
+use identification::problem::Timeline;
 use identification::statistics::chi_squared_quantile;
 
 /// Windows of a run: the whole, and shorter ones by this factor, so many lengths. Budgets.
@@ -54,6 +55,8 @@ pub(super) struct Horizons {
 
 #[derive(Clone)]
 struct Length {
+    /// In events, and \[s\].
+    window: usize,
     window_s: f64,
     residual: Vec<f64>,
     variance: Vec<f64>,
@@ -112,13 +115,14 @@ impl Horizons {
         let (mut lengths, mut window) = (Vec::new(), most.max(EVENTS_MIN));
         while lengths.len() < LENGTHS_MAX && window >= EVENTS_MIN {
             let mut length = Length {
+                window,
                 window_s: window as f64 / most.max(1) as f64 * origin / session.timelines.len().max(1) as f64,
                 residual: Vec::new(),
                 variance: Vec::new(),
             };
             for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
-                let run =
-                    |noise: &NoiseModel| ahead(linear, timeline, noise, window, timeline.events.len() / BEGIN_SHARE);
+                let own = (linear, &linear.nu[..]);
+                let run = |noise: &NoiseModel| ahead(own, timeline, noise, window, begin_of(timeline));
                 length.residual.extend(run(noise)?.residual);
                 length.variance.extend(run(explaining)?.variance);
             }
@@ -132,6 +136,29 @@ impl Horizons {
         let white = white.map(|k| if explaining.pole[k] == 0.0 { explaining.sensor_sigma[k].powi(2) } else { 0.0 });
         let (sites, white) = ((0..sites).map(name).collect(), white.collect());
         Some(Self { samples, sites, spread, white, lengths, block_s, duration_s })
+    }
+
+    /// With the variance that the parameters' posterior gives: `columns` J L are changes of
+    /// all innovations, L Lᵀ its covariance.
+    pub(super) fn with_parameters(
+        mut self,
+        session: &EstimationSession<'_>,
+        linears: &[Linear],
+        noise: &NoiseModel,
+        columns: &[Vec<f64>],
+    ) -> Option<Self> {
+        for length in &mut self.lengths {
+            for column in columns {
+                let mut place = 0;
+                for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
+                    let nu = &column[place..place + linear.nu.len()];
+                    let change = ahead((linear, nu), timeline, noise, length.window, begin_of(timeline))?.residual;
+                    length.variance[place..].iter_mut().zip(&change).for_each(|(v, change)| *v += change * change);
+                    place += change.len();
+                }
+            }
+        }
+        Some(self)
     }
 
     /// This model beside `before`, the plant that it is to be better than, over the windows at
@@ -162,6 +189,11 @@ impl Horizons {
     fn block_of(&self, length: &Length) -> f64 {
         self.block_s.max(length.window_s).min(self.duration_s / BLOCKS_MIN)
     }
+}
+
+/// Events behind which windows begin.
+fn begin_of(timeline: &Timeline) -> usize {
+    timeline.events.len() / BEGIN_SHARE
 }
 
 fn spread(samples: &[Sample], values: &[f64], site: usize) -> f64 {
@@ -285,54 +317,4 @@ impl Compared {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::noise::Noise;
-
-    const SAMPLES: usize = 2000;
-
-    /// How many of 200 draws are taken for more than noise of which a share is driven.
-    fn felt(driven: f64, draw: impl Fn(Vec<f64>) -> Vec<f64>) -> usize {
-        (0..200).filter(|seed| exceeds_noise(&draw(Noise::new(*seed).series(SAMPLES, 1.0)), driven)).count()
-    }
-
-    /// Sums of `white`, begun again every `window` samples, each in its own standard deviations.
-    fn runs(white: &[f64], window: usize) -> Vec<f64> {
-        let mut sum = 0.0;
-        let walk = |(k, step): (usize, &f64)| {
-            sum = if k % window == 0 { *step } else { sum + step };
-            sum / ((k % window + 1) as f64).sqrt()
-        };
-        white.iter().enumerate().map(walk).collect()
-    }
-
-    #[test]
-    fn a_distance_that_disturbances_alone_drive_is_no_misfit_however_long_the_window() {
-        for window in [1, 25, 250, SAMPLES] {
-            let many = felt(1.0, |white| runs(&white, window));
-            // one in twenty, and what the correlations' own error adds
-            assert!(many <= 24, "{many} of 200 in windows of {window}");
-        }
-    }
-
-    #[test]
-    fn noise_of_readings_that_remembers_is_no_misfit() {
-        let coloured = |white: Vec<f64>| {
-            let mut v = 0.0;
-            let next = |r: &f64| {
-                v = 0.9 * v + (1.0 - 0.81_f64).sqrt() * r;
-                v
-            };
-            white.iter().map(next).collect()
-        };
-        assert!(felt(1.0, coloured) <= 24);
-        // as white noise it is taken for a misfit three times as often as it may be
-        assert!(felt(0.0, coloured) > 30);
-    }
-
-    #[test]
-    fn a_misfit_of_a_tenth_of_the_variance_of_white_noise_is_felt() {
-        assert!(felt(1.0, |white| white.iter().map(|r| 1.1 * r).collect()) > 190);
-        assert!(felt(0.0, |white| white.iter().map(|r| r + 0.4).collect()) > 190);
-    }
-}
+mod tests;

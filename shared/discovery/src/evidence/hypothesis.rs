@@ -5,6 +5,7 @@
 //! | effect at a site | amplitude: normal about zero, of one sign where it has one; shape parameters |
 //! | the same law at all like sites | one amplitude a site, one prior probability for all |
 //! | coloured noise of a channel | its pole |
+//! | a disturbance that the file does not state | its level: half-normal (`noise`) |
 //! | a number in conflict with its file | the same number, ten times its standard deviation |
 //! | a number that its file states as exact | the number (`exact`) |
 //! | inputs shifted by a share of a sample | the shift |
@@ -75,6 +76,8 @@ pub(super) enum Hypothesis {
     /// One part, or the same law at several sites.
     Effect(Vec<Part>),
     Coloured(usize),
+    /// A noise input of unstated size, by its place and name.
+    Disturbance(usize, String),
     /// By the name of its unknown.
     Conflict(String),
     /// A number that the file states as exact, free.
@@ -96,6 +99,7 @@ impl Hypothesis {
                 names.collect::<Vec<_>>().join(" + ")
             }
             Self::Coloured(channel) => format!("coloured noise of {}", plant.sensors[*channel].name),
+            Self::Disturbance(_, name) => format!("disturbance of {name}"),
             Self::Conflict(name) | Self::Exact(Exact { name, .. }) => format!("conflict of {name}"),
             Self::Timing(shift) => format!("inputs later by {shift} samples"),
         }
@@ -107,7 +111,7 @@ impl Hypothesis {
                 Class::Sensor
             }
             Self::Effect(_) => Class::Physics,
-            Self::Coloured(_) => Class::Noise,
+            Self::Coloured(_) | Self::Disturbance(..) => Class::Noise,
             Self::Conflict(_) | Self::Exact(_) => Class::Conflict,
             Self::Timing(_) => Class::Timing,
         }

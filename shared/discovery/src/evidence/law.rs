@@ -53,8 +53,9 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
     let beside = of(best);
     let rest = || not_white(ground, &pool.entries[best].model, pool.log_m + level);
     // a law alone that is ahead of the names; names that leave nothing lack none
-    let is_left = best != 0 && (beside.is_some() || rest().is_some());
-    let alone = if is_left { of(0).filter(|(nats, _)| *nats > pool.log_odds_here(best) + level) } else { None };
+    let quiet = pool.quiet();
+    let is_left = best != quiet && (beside.is_some() || rest().is_some());
+    let alone = if is_left { of(quiet).filter(|(nats, _)| *nats > pool.log_odds_here(best) + level) } else { None };
     let has_names = pool.entries[best].model.set.iter().any(|own| !own.parts().is_empty());
     let (instead, beside) = if has_names { (alone, beside) } else { (beside, None) };
     if let Some((nats, found)) = instead {

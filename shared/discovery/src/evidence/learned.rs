@@ -11,6 +11,7 @@
 //! law loses ½ tr(J₂ᵀJ₂ P⁻¹): many nats where D₂ tells more than D₁, which speak neither against
 //! the law nor for its rival.
 
+use super::horizon::Horizons;
 use super::model::{Ground, Model};
 use super::noise::Linearly;
 use super::temper::Instants;
@@ -46,7 +47,7 @@ pub(super) fn learned(
     let problem = told(other, model);
     let begun = begun(&problem, at.own);
     let session = EstimationSession::like_at(blank, &problem, Some(&begun)).ok()?;
-    let session = if shift_of(&model.set).is_some() { session.in_parts(1).ok()? } else { session };
+    let session = if shift_of(&model.set).is_some() { session.in_parts(session.parts).ok()? } else { session };
     let precision = known_precision(ground, model, &problem.unknowns)?;
     let more = &precision - DMatrix::identity(precision.nrows(), precision.nrows());
     let price = |x: &DVector<f64>| 0.5 * x.dot(&(&precision * x));
@@ -71,7 +72,11 @@ pub(super) fn learned(
         let factor = Cholesky::new(&normal.matrix + &more)?;
         width = prior - log_det(&factor);
         // the pull of the priors is in `right` already: P's takes its place
-        let step = factor.solve(&(&normal.right + from_prior(theta) - &precision * off(theta)));
+        let slope = &normal.right + from_prior(theta) - &precision * off(theta);
+        let step = factor.solve(&slope);
+        if 0.5 * step.dot(&slope) < HELD_OUT_STEP_GAIN_MIN {
+            break;
+        }
         let moved = |share: f64| {
             let all = unknowns.iter().zip(&*theta).zip(step.iter());
             there(all.map(|((u, at), step)| (at + share * step * u.sigma).clamp(u.low, u.high)).collect())
@@ -82,6 +87,37 @@ pub(super) fn learned(
         best = next;
     }
     Some(best.0 + width - at.log_likelihood)
+}
+
+/// `horizons` of `model` with what its shared parameters give a distance: with C = P⁻¹ = L Lᵀ (k × k)
+/// the squares of the columns of J L. Numbers that were fitted to `other` itself give none.
+pub(super) fn with_parameters(
+    horizons: Horizons,
+    ground: Ground<'_>,
+    (other, blank): (&Problem, &EstimationSession<'_>),
+    model: &Model,
+    at: &At<'_>,
+) -> Option<Horizons> {
+    let problem = told(other, model);
+    let begun = begun(&problem, at.own);
+    let session = EstimationSession::like_at(blank, &problem, Some(&begun)).ok()?;
+    let session = if shift_of(&model.set).is_some() { session.in_parts(session.parts).ok()? } else { session };
+    let mut linearised = LinearisedProblem::new(&session, &problem.plant, &begun, at.noise).ok()?;
+    linearised.take_jacobian(&session, &problem.plant, &begun);
+    let is_shared = |i: &usize| !at.own.0.iter().any(|own| own.name == problem.unknowns[*i].name);
+    let shared: Vec<usize> = (0..problem.unknowns.len()).filter(is_shared).collect();
+    let covariance = Cholesky::new(known_precision(ground, model, &problem.unknowns)?)?.inverse();
+    let part = DMatrix::from_fn(shared.len(), shared.len(), |i, j| covariance[(shared[i], shared[j])]);
+    let root = Cholesky::new(part)?.unpack();
+    let column = |axis: usize| {
+        let mut sum = vec![0.0; linearised.nu.len()];
+        for (k, place) in shared.iter().enumerate().skip(axis) {
+            sum.iter_mut().zip(&linearised.jacobian[*place]).for_each(|(sum, c)| *sum += c * root[(k, axis)]);
+        }
+        sum
+    };
+    let columns: Vec<Vec<f64>> = (0..shared.len()).map(column).collect();
+    horizons.with_parameters(&session, &linearised.linears, at.noise, &columns)
 }
 
 /// `other` with the plant of `model`, its shared numbers about their estimates.

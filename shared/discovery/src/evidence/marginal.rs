@@ -67,6 +67,19 @@ pub(super) fn log_marginal(normal: &Normal, bounds: &[Bound]) -> Option<f64> {
     }
 }
 
+/// The normal equations of the unknowns and the columns at `kept`.
+pub(super) fn part_of(whole: &Normal, kept: &[usize]) -> Normal {
+    let all: Vec<usize> = (0..whole.unknowns).chain(kept.iter().copied()).collect();
+    Normal {
+        unknowns: whole.unknowns,
+        matrix: DMatrix::from_fn(all.len(), all.len(), |i, j| whole.matrix[(all[i], all[j])]),
+        right: DVector::from_fn(all.len(), |i, _| whole.right[all[i]]),
+        chi2: whole.chi2,
+        objective: whole.objective,
+        room: all.iter().map(|i| whole.room[*i]).collect(),
+    }
+}
+
 /// A number at the end of its range: the step to there, and which end it is.
 #[derive(Clone, Copy)]
 struct Held {

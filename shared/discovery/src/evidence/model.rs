@@ -64,7 +64,7 @@ impl Model {
     }
 
     pub(super) fn prior(&self, session: &EstimationSession<'_>) -> NoisePrior {
-        NoisePrior::new(session, coloured(&self.set))
+        NoisePrior::new(session, &self.set)
     }
 
     /// A session of the recordings with this model's plant.
@@ -99,10 +99,6 @@ pub(super) fn key(set: &[Hypothesis], problem: &Problem) -> String {
     let mut keys: Vec<String> = set.iter().map(|own| own.key(&problem.plant)).collect();
     keys.sort();
     keys.join(", ")
-}
-
-fn coloured(set: &[Hypothesis]) -> Vec<usize> {
-    set.iter().filter_map(|own| if let Hypothesis::Coloured(channel) = own { Some(*channel) } else { None }).collect()
 }
 
 /// A session of the recordings with `problem`'s plant, inputs as `set` has them.
@@ -184,7 +180,7 @@ pub(super) fn settled(
     noise: &NoiseModel,
 ) -> Option<Model> {
     let session = session_of(ground, set, &problem, &start)?;
-    let prior = NoisePrior::new(ground.session, coloured(set));
+    let prior = NoisePrior::new(ground.session, set);
     let mut noise = prior.begun(noise);
     let (mut theta, mut objective) = (theta.to_vec(), f64::INFINITY);
     let mut best: Option<(Fit, NoiseModel, f64)> = None;

@@ -1,23 +1,14 @@
-//! Numbers of the noise with their priors: their greatest posterior and its curvature.
+//! Numbers of the noise at their greatest posterior, and its curvature.
 //!
 //! Coordinates are logarithms of standard deviations and inverse hyperbolic tangents of poles; all
-//! belong to one record.
-//!
-//! | number | prior |
-//! |---|---|
-//! | sensor | lognormal about its stated size, [`SENSOR_SPREAD`] |
-//! | stated disturbance | lognormal about its stated size, [`DISTURBANCE_SPREAD`] |
-//! | unstated disturbance | half-normal, a share of the forces at work (the session's) |
-//! | pole of a coloured channel | normal, [`POLE_PRIOR`] |
-//!
-//! A half-normal level l of width s has the density `2/√(2π) (l/s) exp(−(l/s)²/2)` over `ln l`. Its
-//! factor l/s keeps Laplace's method off the boundary: whether the readings bound the level or the
-//! prior does, it is short of the integral by the same 0.15 nats, which cancel between models.
+//! belong to one record. Their priors: `noise/prior`.
 
-use super::decide::{DISTURBANCE_SPREAD, NOISE_SIGMA, POLE_PRIOR, SENSOR_SPREAD};
+mod prior;
+
 use identification::filter::{Gradient, NoiseModel, Slope};
 use identification::fit::{EstimationSession, LinearisedProblem, Normal};
 use nalgebra::{Cholesky, DMatrix, DVector};
+pub(super) use prior::NoisePrior;
 
 /// Steps to a greatest posterior, how often a step is shortened, and how often unknowns are found
 /// again between.
@@ -33,7 +24,7 @@ const DIFFERENCE: f64 = 0.05;
 const DIFFERENCED_MAX: usize = 8;
 /// Range of poles that the filter takes.
 const POLE_RANGE: [f64; 2] = [-0.5, 0.98];
-/// Decades above the floor at which an unstated disturbance is looked for.
+/// Decades below its prior's width in which an unstated disturbance is looked for.
 const DECADES: i32 = 4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,17 +32,6 @@ enum Coordinate {
     Sensor(usize),
     Input(usize),
     Pole(usize),
-}
-
-/// Which channels are coloured, and what the numbers are relative to.
-#[derive(Clone, Debug)]
-pub(super) struct NoisePrior {
-    stated: NoiseModel,
-    /// Of an unstated disturbance; infinite of a stated one.
-    level_sigma: Vec<f64>,
-    coloured: Vec<usize>,
-    /// Disturbances that stay where they are.
-    held: Vec<usize>,
 }
 
 /// Noise at its greatest posterior on one linear model.
@@ -62,82 +42,9 @@ pub(super) struct Settled {
     pub objective: f64,
 }
 
-impl NoisePrior {
-    pub(super) fn new(session: &EstimationSession<'_>, coloured: Vec<usize>) -> Self {
-        let (stated, level_sigma) = (session.noise.clone(), session.disturbance_sigma.clone());
-        Self { stated, level_sigma, coloured, held: Vec::new() }
-    }
-
-    /// The same with these disturbances held where a fit begins.
-    pub(super) fn holding(self, held: Vec<usize>) -> Self {
-        Self { held, ..self }
-    }
-
-    fn coordinates(&self) -> Vec<Coordinate> {
-        let sensors = (0..self.stated.sensor_sigma.len()).map(Coordinate::Sensor);
-        let free = |k: &usize| !self.held.contains(k);
-        let inputs = (0..self.stated.input_sigma.len()).filter(free).map(Coordinate::Input);
-        sensors.chain(inputs).chain(self.coloured.iter().copied().map(Coordinate::Pole)).collect()
-    }
-
-    /// `−2 ln` of the prior's density of one coordinate, up to `ln 2π`, and its derivatives.
-    fn of(&self, noise: &NoiseModel, coordinate: Coordinate) -> (f64, Slope) {
-        let normal = |off: f64, sigma: f64| {
-            let z = off / sigma;
-            (z * z + 2.0 * libm::log(sigma), Slope { first: 2.0 * z / sigma, second: 2.0 / (sigma * sigma) })
-        };
-        match coordinate {
-            Coordinate::Sensor(k) => {
-                normal(libm::log(noise.sensor_sigma[k] / self.stated.sensor_sigma[k]), SENSOR_SPREAD)
-            }
-            Coordinate::Input(k) if self.level_sigma[k].is_infinite() => {
-                normal(libm::log(noise.input_sigma[k] / self.stated.input_sigma[k]), DISTURBANCE_SPREAD)
-            }
-            Coordinate::Input(k) => {
-                let share = noise.input_sigma[k] / self.level_sigma[k];
-                let square = share * share;
-                let value = square - 2.0 * libm::log(share) - 2.0 * core::f64::consts::LN_2;
-                (value, Slope { first: 2.0 * square - 2.0, second: 4.0 * square })
-            }
-            Coordinate::Pole(k) => {
-                let pole = noise.pole[k];
-                let (value, slope) = normal(pole - POLE_PRIOR[0], POLE_PRIOR[1]);
-                let turn = 1.0 - pole * pole;
-                let first = slope.first * turn + 4.0 * pole;
-                (value - 2.0 * libm::log(turn), Slope { first, second: slope.second * turn * turn + 4.0 * turn })
-            }
-        }
-    }
-
-    /// `−2 ln` of the prior's density of all coordinates.
-    pub(super) fn price(&self, noise: &NoiseModel) -> f64 {
-        self.coordinates().into_iter().map(|coordinate| self.of(noise, coordinate).0).sum()
-    }
-
-    /// A sensor or a stated disturbance lies beyond [`NOISE_SIGMA`] of its prior.
-    pub(super) fn is_off(&self, noise: &NoiseModel) -> bool {
-        let off = |own: f64, stated: f64, spread: f64| libm::log(own / stated).abs() > NOISE_SIGMA * spread;
-        let sensors = noise.sensor_sigma.iter().zip(&self.stated.sensor_sigma);
-        let inputs = noise.input_sigma.iter().zip(&self.stated.input_sigma).zip(&self.level_sigma);
-        sensors.clone().any(|(own, stated)| off(*own, *stated, SENSOR_SPREAD))
-            || inputs
-                .filter(|(_, level)| level.is_infinite())
-                .any(|((own, stated), _)| off(*own, *stated, DISTURBANCE_SPREAD))
-    }
-
-    /// Noise to start from: poles of coloured channels at the mean of their prior, none of others.
-    pub(super) fn begun(&self, noise: &NoiseModel) -> NoiseModel {
-        let mut begun = noise.clone();
-        for k in 0..begun.pole.len() {
-            let is_coloured = self.coloured.contains(&k);
-            begun.pole[k] = match (is_coloured, begun.pole[k] != 0.0) {
-                (true, true) => begun.pole[k],
-                (true, false) => POLE_PRIOR[0],
-                (false, _) => 0.0,
-            };
-        }
-        begun
-    }
+/// Noise inputs whose size the plant file does not state.
+pub(super) fn unstated(session: &EstimationSession<'_>) -> impl Iterator<Item = usize> {
+    (0..session.disturbance_sigma.len()).filter(|k| session.disturbance_sigma[*k].is_finite())
 }
 
 fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
@@ -327,14 +234,15 @@ impl Linearly<'_> {
         Some(-0.5 * prior.price(noise) - 0.5 * curvature)
     }
 
-    /// Unstated disturbances off their floors, where that explains more.
+    /// Free unstated disturbances off their floors, where that explains more.
     pub(super) fn scanned(&self, start: &NoiseModel, prior: &NoisePrior) -> Option<NoiseModel> {
         let held = self.held(start, prior)?;
         let mut best = (start.clone(), held.here(start)?.value);
-        for k in (0..start.input_sigma.len()).filter(|k| prior.level_sigma[*k].is_finite()) {
-            for decade in 1..=DECADES {
+        let free = |k: &usize| prior.level_sigma[*k].is_finite() && !prior.holds(*k);
+        for k in (0..start.input_sigma.len()).filter(free) {
+            for decade in 0..DECADES {
                 let mut tried = best.0.clone();
-                tried.input_sigma[k] = prior.stated.input_sigma[k] * libm::pow(10.0, f64::from(decade));
+                tried.input_sigma[k] = prior.level_sigma[k] * libm::pow(10.0, -f64::from(decade));
                 match held.here(&tried) {
                     Some(found) if found.value < best.1 => best = (tried, found.value),
                     _ => {}

@@ -1,5 +1,6 @@
 //! Fitted models side by side, compared by pairs.
 
+use super::decide::Class;
 use super::hypothesis::Hypothesis;
 use super::model::{Model, key};
 use super::predict::HeldOut;
@@ -41,16 +42,42 @@ pub(super) struct Pool {
     pub parts: usize,
     /// Keys of all sets that were tried.
     pub seen: BTreeSet<String>,
-    /// Work of the dearest fit.
-    pub dearest: f64,
+    /// Work of a fit, and of a look at the catalogue about a model. A mean: what one law costs, which
+    /// may be a hundred times what others do, must not end the search for these.
+    pub fits: Cost,
+    pub looks: Cost,
     /// The search met the limit of its work before a model was expanded that may be the leader's
     /// equal.
     pub is_unfinished: bool,
 }
 
-/// A set without coloured noise.
-pub(super) fn without_colour(set: &[Hypothesis]) -> Vec<Hypothesis> {
-    set.iter().filter(|own| !matches!(own, Hypothesis::Coloured(_))).cloned().collect()
+/// Work of several of a kind.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Cost {
+    sum: f64,
+    count: f64,
+    most: f64,
+}
+
+impl Cost {
+    pub(super) fn add(&mut self, work: f64) {
+        self.sum += work;
+        self.count += 1.0;
+        self.most = self.most.max(work);
+    }
+
+    pub(super) fn mean(self) -> f64 {
+        self.sum / self.count.max(1.0)
+    }
+
+    pub(super) fn most(self) -> f64 {
+        self.most
+    }
+}
+
+/// A set without noise that is not stated.
+pub(super) fn without_noise(set: &[Hypothesis]) -> Vec<Hypothesis> {
+    set.iter().filter(|own| own.class() != Class::Noise).cloned().collect()
 }
 
 impl Pool {
@@ -61,7 +88,7 @@ impl Pool {
     }
 
     /// Nats of `a` ahead of `b`, gains in likelihood tempered.
-    fn ahead(&self, a: usize, b: usize) -> f64 {
+    pub(super) fn ahead(&self, a: usize, b: usize) -> f64 {
         let [ours, theirs] = [a, b].map(|place| &self.entries[place]);
         let mut ahead = self.score(ours) - self.score(theirs);
         let [whole, counts] = ours.model.terms.tempered(&theirs.model.terms);
@@ -99,13 +126,42 @@ impl Pool {
         best
     }
 
-    /// The entry is the leader without one of its members, or without its coloured noise: about it
-    /// the member meets its rivals beside all others, and physics is met that noise would hide.
+    /// The best of the models that one contains; the plant alone where none is left.
+    pub(super) fn nearest_part(&self, place: usize) -> usize {
+        let contained = |other: &usize| {
+            let other = &self.entries[*other];
+            !other.rejected && self.entries[place].model.holds(&other.model)
+        };
+        let all = (0..self.entries.len()).filter(contained);
+        all.max_by(|a, b| self.ahead(*a, place).total_cmp(&self.ahead(*b, place))).unwrap_or(0)
+    }
+
+    /// The best living model within the beam of one that is no part of it.
+    pub(super) fn rival(&self, place: usize) -> Option<usize> {
+        let is_rival = |other: &usize| {
+            let own = &self.entries[*other];
+            let is_part = self.entries[place].model.holds(&own.model);
+            *other != place && !own.rejected && !is_part && self.ahead(*other, place) > -BEAM
+        };
+        let all = (0..self.entries.len()).filter(is_rival);
+        all.max_by(|a, b| self.ahead(*a, place).total_cmp(&self.ahead(*b, place)))
+    }
+
+    /// The entry is the leader without one of its findings, which meets its rivals about it beside
+    /// all others.
     fn is_leader_without(&self, place: usize, best: usize) -> bool {
         let [entry, leader] = [place, best].map(|place| &self.entries[place].model);
-        let white = without_colour(&leader.set);
-        let is_white = white.len() < leader.set.len() && key(&white, &leader.problem) == entry.key();
-        is_white || leader.holds(entry) && leader.set.len() == entry.set.len() + 1
+        leader.holds(entry) && matches!(&leader.beyond(entry)[..], [own] if own.class() != Class::Noise)
+    }
+
+    /// The best model without a finding: the plant alone, or with noise that is not stated.
+    pub(super) fn quiet(&self) -> usize {
+        let is_quiet = |place: &usize| {
+            let entry = &self.entries[*place];
+            !entry.rejected && without_noise(&entry.model.set).is_empty()
+        };
+        let all = (0..self.entries.len()).filter(is_quiet);
+        all.max_by(|a, b| self.ahead(*a, 0).total_cmp(&self.ahead(*b, 0))).unwrap_or(0)
     }
 
     /// Posterior weight of every entry.
@@ -117,15 +173,16 @@ impl Pool {
         raw.into_iter().map(|weight| weight / whole.max(f64::MIN_POSITIVE)).collect()
     }
 
-    /// Nats of an entry ahead of the plant without hypotheses, everything counted.
+    /// Nats of an entry ahead of the plant without a finding, everything counted.
     pub(super) fn log_odds(&self, place: usize) -> f64 {
-        self.ahead(place, 0)
+        self.ahead(place, self.quiet())
     }
 
     /// The same of the fitted recordings alone, no gain tempered: as the evidence of a law is.
     pub(super) fn log_odds_here(&self, place: usize) -> f64 {
-        let [own, bare] = [place, 0].map(|place| &self.entries[place].model);
-        own.log_marginal - bare.log_marginal - self.log_m * own.set.len() as f64
+        let [own, quiet] = [place, self.quiet()].map(|place| &self.entries[place].model);
+        let more = own.set.len() as f64 - quiet.set.len() as f64;
+        own.log_marginal - quiet.log_marginal - self.log_m * more
     }
 
     /// The best model within the beam that has not been expanded.
@@ -136,26 +193,42 @@ impl Pool {
     /// The same of those that so many nats lie behind the leader at most.
     pub(super) fn next_within(&self, nats: f64) -> Option<usize> {
         let best = self.best();
-        let open = |place: &usize| {
-            let entry = &self.entries[*place];
-            let is_near = self.ahead(*place, best) > -nats || self.is_leader_without(*place, best);
-            !entry.expanded && !entry.rejected && is_near
-        };
-        let all = (0..self.entries.len()).filter(open);
-        all.max_by(|a, b| self.ahead(*a, best).total_cmp(&self.ahead(*b, best)))
+        self.open(nats).max_by(|a, b| self.ahead(*a, best).total_cmp(&self.ahead(*b, best)))
     }
 
-    /// Only the bare plant and the best models within the beam stay; where the best one is then.
-    pub(super) fn prune(&mut self) -> usize {
+    /// All of those.
+    pub(super) fn open(&self, nats: f64) -> impl Iterator<Item = usize> {
         let best = self.best();
-        let mut order: Vec<(f64, usize)> =
-            (1..self.entries.len()).map(|place| (self.ahead(place, best), place)).collect();
+        let is_open = move |place: &usize| {
+            let entry = &self.entries[*place];
+            let is_near = self.ahead(*place, best) > -nats || self.is_leader_without(*place, best);
+            !entry.expanded && !entry.rejected && is_near && !self.is_known(entry)
+        };
+        (0..self.entries.len()).filter(is_open)
+    }
+
+    /// An entry was expanded that has the same laws and all of its noise, of which it has some: what is
+    /// met about it was met there, in the place of noise, too.
+    fn is_known(&self, entry: &Entry) -> bool {
+        let laws = |entry: &Entry| key(&without_noise(&entry.model.set), &entry.model.problem);
+        let own = laws(entry);
+        let has_met = |other: &Entry| other.expanded && other.model.holds(&entry.model) && laws(other) == own;
+        own != entry.model.key() && self.entries.iter().any(has_met)
+    }
+
+    /// Only the plant alone, the best model without a finding and the best ones within the beam stay;
+    /// where the best one is then.
+    pub(super) fn prune(&mut self) -> usize {
+        let (best, quiet) = (self.best(), self.quiet());
+        let alive = (1..self.entries.len()).filter(|place| !self.entries[*place].rejected);
+        let mut order: Vec<(f64, usize)> = alive.map(|place| (self.ahead(place, best), place)).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
         let stays =
             |(ahead, place): &(f64, usize)| *ahead > -BEAM || *place == best || self.is_leader_without(*place, best);
         let kept = order.into_iter().filter(stays).take(MODELS_MAX);
-        let mut kept: Vec<usize> = kept.map(|(_, place)| place).chain([0]).collect();
+        let mut kept: Vec<usize> = kept.map(|(_, place)| place).chain([0, quiet, best]).collect();
         kept.sort_unstable();
+        kept.dedup();
         let mut place = 0;
         self.entries.retain(|_| {
             place += 1;

@@ -8,7 +8,7 @@
 use super::decide::{Class, HELD_OUT_SIGMA};
 use super::horizon::{Compared, Horizons};
 use super::hypothesis::Hypothesis;
-use super::learned::{At, learned};
+use super::learned::{self, At, learned};
 use super::model::{Ground, Model};
 use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;
@@ -34,6 +34,9 @@ pub(super) struct HeldOut {
     learned: f64,
     pub free: Vec<ChannelFit>,
     horizons: Option<Horizons>,
+    /// Numbers of these recordings alone with their values, and the noise.
+    own: (Vec<Unknown>, Vec<f64>),
+    noise: NoiseModel,
 }
 
 impl HeldOut {
@@ -48,6 +51,16 @@ impl HeldOut {
         let own = self.terms.times_s.iter().zip(&self.terms.log_likelihood).zip(&other.terms.log_likelihood);
         let gain = blocks(&own.map(|((t, a), b)| (*t, a - b)).collect::<Vec<_>>(), self.block_s);
         gain.beside_free_runs(&other.free, &self.free)
+    }
+
+    /// The same with what the parameters give a distance, as well as the fitted recordings tell them:
+    /// their error is no misfit. The model is the one that predicts `other`.
+    pub(super) fn with_parameters(&self, ground: Ground<'_>, other: &Problem, model: &Model) -> Option<Self> {
+        let blank = blank(ground, other)?;
+        let own = (&self.own.0[..], &self.own.1[..]);
+        let at = At { own, noise: &self.noise, log_likelihood: self.terms.sum() };
+        let horizons = learned::with_parameters(self.horizons.clone()?, ground, (other, &blank), model, &at)?;
+        Some(Self { horizons: Some(horizons), ..self.clone() })
     }
 
     /// Free runs over a horizon beside those of `other`.
@@ -69,6 +82,17 @@ impl HeldOut {
     }
 }
 
+/// A session of held-out recordings with the steps of integration of the fitted ones.
+fn blank<'p>(ground: Ground<'_>, other: &'p Problem) -> Option<EstimationSession<'p>> {
+    let (threads, parts) = (ground.session.threads, ground.session.parts);
+    let mut blank = EstimationSession::counted(other, threads, ground.session.work.clone()).ok()?;
+    if parts > 1 {
+        blank = blank.in_parts(parts).ok()?;
+    }
+    blank.lower_floors();
+    Some(blank)
+}
+
 /// Predicts `other` by `model`; `bare` has the parameters of the plant without hypotheses, and
 /// which of them the fitted recordings tell. `None`: the plant does not survive the recording.
 pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare: &Model) -> Option<HeldOut> {
@@ -76,11 +100,10 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let unseen: Vec<&str> = own.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO).map(|(u, _)| &*u.name).collect();
     let plant = frozen(&model.problem.plant, (&model.problem.unknowns, &model.fit.theta), &unseen);
     let problem = as_seen(other.with_plant(&plant), &model.set);
-    let blank = EstimationSession::counted(other, ground.session.threads, ground.session.work.clone()).ok()?;
+    let blank = blank(ground, other)?;
     let session = EstimationSession::like(&blank, &problem).ok()?;
-    let session = if shift_of(&model.set).is_some() { session.in_parts(1).ok()? } else { session };
-    let coloured = model.set.iter().filter_map(|h| if let Hypothesis::Coloured(c) = h { Some(*c) } else { None });
-    let prior = NoisePrior::new(&blank, coloured.collect());
+    let session = if shift_of(&model.set).is_some() { session.in_parts(session.parts).ok()? } else { session };
+    let prior = NoisePrior::new(&blank, &model.set);
     let start = prior.begun(&model.noise);
     let prior_theta = session.prior();
     let theta = match prior_theta.is_empty() {
@@ -98,7 +121,8 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
     let at = At { own: (&problem.unknowns, &theta), noise: &noise, log_likelihood: terms.sum() };
     let learned = learned(ground, (other, &blank), model, &at).unwrap_or(0.0);
-    Some(HeldOut { terms, block_s: block_s(&session), log_width, learned, free, horizons })
+    let (block_s, own) = (block_s(&session), (problem.unknowns.clone(), theta));
+    Some(HeldOut { terms, block_s, log_width, learned, free, horizons, own, noise })
 }
 
 /// `noise` with no disturbance above its stated size, since a larger one follows what the plant
@@ -111,9 +135,7 @@ pub(super) fn explaining(linear: &Linearly<'_>, noise: &NoiseModel, prior: Noise
     if held.is_empty() {
         return Some(noise.clone());
     }
-    let mut within = noise.clone();
-    held.iter().for_each(|k| within.input_sigma[*k] = stated.input_sigma[*k]);
-    let mut settled = linear.settled(&within, &prior.holding(held))?.noise;
+    let mut settled = linear.settled(noise, &prior.holding(&held))?.noise;
     for (k, sigma) in settled.sensor_sigma.iter_mut().enumerate() {
         *sigma = sigma.min(noise.sensor_sigma[k].max(stated.sensor_sigma[k]));
     }

@@ -2,18 +2,16 @@
 //!
 //! The best laws of the screening are evaluated on the linear problem with the noise free again:
 //! what is left of a column once noise may take its part. Pairs come from the normal equations of
-//! all these columns; groups are one law at all like sites; a number in conflict with its file has
-//! a closed form, as the pole of a channel has from the slope along it.
+//! all these columns; groups are one law at all like sites. What is no law: `others`.
 
-use super::decide::{CONFLICT_FACTOR, POLE_PRIOR, SHIFT_SIGMA};
+use super::disturbed::Disturbed;
 use super::exact_columns;
 use super::hypothesis::{Hypothesis, Part};
-use super::marginal::{Bound, log_marginal};
+use super::marginal::{Bound, log_marginal, part_of};
 use super::model::{Ground, Model, cut_at_nothing, key};
-use super::noise::Linearly;
-use super::pool::BEAM;
+use super::noise::{Linearly, NoisePrior};
+use super::pool::{BEAM, without_noise};
 use super::screen::{Rated, Screened};
-use super::timing::{SHIFTS, is_possible, shift_of, shifted};
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Normal};
 
@@ -27,14 +25,18 @@ const PAIRED_MAX: usize = 40;
 const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
 const KIN_MAX: usize = 4;
+const INSTEAD_MAX: usize = 6;
+const INSTEAD_FITTED_MAX: usize = 3;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
 /// over the linear problem with free noise.
-const WORTH: f64 = 1.0;
+pub(super) const WORTH: f64 = 1.0;
 const WORTH_SHARE: f64 = 0.2;
 
 /// Hypotheses that join a model, with the noise to begin from.
 pub(super) struct Proposal {
     pub set: Vec<Hypothesis>,
+    /// They take the place of noise that is not stated.
+    pub instead: bool,
     pub log_bayes: f64,
     pub noise: NoiseModel,
 }
@@ -66,12 +68,14 @@ pub(super) fn proposals(
     let mut relatives = look.parents(&fitted, bare);
     relatives.extend(look.kin(&fitted, bare));
     let mut list = look.groups(&singles, bare, best);
+    list.extend(look.instead(bare, log_m));
     list.extend(look.pairs(bare, best + log_m));
     let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
     list.extend(worthy.by_ref().take(SINGLES_MAX));
     let near = worthy.filter(|own| own.log_bayes > best - BEAM);
     let left = near.map(|own| key(&own.set, &model.problem)).collect();
     list.extend(relatives);
+    list.extend(Disturbed { ground, session: &session, model }.proposals(bare));
     let mut others = look.coloured(log_m);
     others.extend(look.conflicts());
     others.extend(look.timing(bare));
@@ -81,31 +85,34 @@ pub(super) fn proposals(
     (list, left)
 }
 
-struct Look<'a> {
-    ground: Ground<'a>,
-    session: &'a EstimationSession<'a>,
-    model: &'a Model,
+pub(super) struct Look<'a> {
+    pub ground: Ground<'a>,
+    pub session: &'a EstimationSession<'a>,
+    pub model: &'a Model,
     screened: &'a Screened,
 }
 
 impl Look<'_> {
     /// Evidence of the model itself on its linear problem.
     fn bare(&self) -> Option<f64> {
-        Some(self.linearly(&[], &self.model.noise)?.0)
+        Some(self.linearly(&[], (&self.model.noise, &self.model.prior(self.ground.session)))?.0)
     }
 
     /// Evidence with the parts' columns, the noise it has, and the amplitudes.
-    fn linearly(&self, parts: &[&Rated], start: &NoiseModel) -> Option<(f64, NoiseModel, Vec<Vec<f64>>)> {
+    fn linearly(
+        &self,
+        parts: &[&Rated],
+        (start, prior): (&NoiseModel, &NoisePrior),
+    ) -> Option<(f64, NoiseModel, Vec<Vec<f64>>)> {
         let (extra, room) = columns_of(parts);
         let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
         let (extra, room) = (&extra[..], &room[..]);
         let linear = Linearly { session: self.session, linearised, theta, extra, room };
-        let prior = self.model.prior(self.ground.session);
-        let found = linear.settled(start, &prior)?;
+        let found = linear.settled(start, prior)?;
         let normal = linear.normal(&found.noise)?;
         let (_, x) = normal.least()?;
         let bounds = bounds_of(&normal);
-        let width = linear.log_width_expected(&found.noise, &prior)?;
+        let width = linear.log_width_expected(&found.noise, prior)?;
         let points: f64 = parts.iter().map(|own| own.part.log_points).sum();
         let value = log_marginal(&normal, &bounds)? + width - points;
         let mut at = normal.unknowns;
@@ -122,7 +129,8 @@ impl Look<'_> {
     fn set(&self, parts: &[&Rated], bare: f64, is_group: bool) -> Option<Proposal> {
         let stated = parts.iter().any(|own| own.is_stated);
         let start = &self.screened.noises[usize::from(stated)];
-        let (value, noise, amplitudes) = self.linearly(parts, start)?;
+        let prior = self.model.prior(self.ground.session);
+        let (value, noise, amplitudes) = self.linearly(parts, (start, &prior))?;
         let possible = parts.iter().zip(&amplitudes).all(|(own, a)| own.column.candidate.is_possible(a));
         let part = |(own, amplitude): (&&Rated, Vec<f64>)| Part { amplitude, ..own.part.clone() };
         let parts: Vec<Part> = parts.iter().zip(amplitudes).map(part).collect();
@@ -131,7 +139,30 @@ impl Look<'_> {
         } else {
             parts.into_iter().map(|part| Hypothesis::Effect(vec![part])).collect()
         };
-        possible.then_some(Proposal { set, log_bayes: value - bare, noise })
+        possible.then_some(Proposal { set, instead: false, log_bayes: value - bare, noise })
+    }
+
+    /// Laws in the place of all noise that is not stated: what such noise has taken up is evidence of
+    /// no law beside it.
+    fn instead(&self, bare: f64, log_m: f64) -> Vec<Proposal> {
+        let kept = without_noise(&self.model.set);
+        let gone = self.model.set.len() - kept.len();
+        if gone == 0 {
+            return Vec::new();
+        }
+        let (prior, start) = (NoisePrior::new(self.ground.session, &kept), &self.screened.noises[1]);
+        let of = |rated: &Rated| {
+            let (value, noise, mut amplitudes) = self.linearly(&[rated], (start, &prior))?;
+            let log_bayes = value - bare + gone as f64 * log_m;
+            let is_it = rated.column.candidate.is_possible(&amplitudes[0]) && log_bayes > -BEAM;
+            let part = Part { amplitude: amplitudes.remove(0), ..rated.part.clone() };
+            is_it.then(|| Proposal { set: vec![Hypothesis::Effect(vec![part])], instead: true, log_bayes, noise })
+        };
+        let few = self.screened.rated.iter().filter(|rated| rated.is_stated).take(INSTEAD_MAX);
+        let mut list: Vec<Proposal> = few.filter_map(of).collect();
+        list.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        list.truncate(INSTEAD_FITTED_MAX);
+        list
     }
 
     fn single(&self, place: usize, rated: &Rated, bare: f64) -> Option<Linear> {
@@ -236,85 +267,6 @@ impl Look<'_> {
         let all = (0..few.len()).flat_map(|a| (a + 1..few.len()).map(move |b| [a, b]));
         Some(all.filter_map(|pair| Some((of(&pair)? - bare, pair))).collect())
     }
-
-    /// Channels whose innovations remember, by the slope along their poles; all of those together
-    /// that pay for themselves.
-    fn coloured(&self, log_m: f64) -> Vec<Proposal> {
-        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
-        let noise = &self.model.noise;
-        let Some((found, _)) = linearised.gradient(self.session, (&linearised.nu, theta), noise) else {
-            return Vec::new();
-        };
-        let white = found.pole.iter().enumerate().filter(|(channel, _)| noise.pole[*channel] == 0.0);
-        let of = |(channel, slope): (usize, &identification::filter::Slope)| {
-            let gain = slope.first * slope.first / (4.0 * slope.second.max(f64::MIN_POSITIVE));
-            let occam = 0.5 * libm::log(1.0 + 0.5 * slope.second * POLE_PRIOR[1] * POLE_PRIOR[1]);
-            let set = vec![Hypothesis::Coloured(channel)];
-            Proposal { set, log_bayes: gain - occam, noise: noise.clone() }
-        };
-        let mut list: Vec<Proposal> = white.map(of).collect();
-        let worthy: Vec<&Proposal> = list.iter().filter(|own| own.log_bayes > log_m).collect();
-        if worthy.len() > 1 {
-            let set = worthy.iter().flat_map(|own| own.set.iter().cloned()).collect();
-            let log_bayes = worthy.iter().map(|own| own.log_bayes).sum();
-            list.push(Proposal { set, log_bayes, noise: noise.clone() });
-        }
-        list
-    }
-
-    /// Inputs shifted by the share of a sample that the linear problem asks for, where it asks for
-    /// one.
-    fn timing(&self, bare: f64) -> Option<Proposal> {
-        if shift_of(&self.model.set).is_some() || !is_possible(&self.model.problem) {
-            return None;
-        }
-        let (plant, theta) = (&self.model.problem.plant, &self.model.fit.theta[..]);
-        let linearised = &self.model.fit.linearised;
-        let problem = shifted(&self.model.problem, SHIFT_SIGMA);
-        let session = EstimationSession { problem: &problem, ..self.session.clone() };
-        let session = session.in_parts(session.parts).ok()?;
-        let nu = session.innovations(plant, theta, &linearised.linears, &|_| true)?;
-        let change = linearised.nu.iter().zip(&nu).map(|(own, moved)| own - moved).collect();
-        let (extra, room) = ([change], [[-2.0, 2.0]]);
-        let linear = Linearly { session: self.session, linearised, theta, extra: &extra, room: &room };
-        let prior = self.model.prior(self.ground.session);
-        let noise = linear.settled(&self.model.noise, &prior)?.noise;
-        let normal = linear.normal(&noise)?;
-        let (_, x) = normal.least()?;
-        let value = log_marginal(&normal, &[])? + linear.log_width_expected(&noise, &prior)?;
-        let wanted = SHIFT_SIGMA * x[normal.unknowns];
-        let nearest = SHIFTS.iter().min_by(|a, b| (**a - wanted).abs().total_cmp(&(**b - wanted).abs()))?;
-        Some(Proposal { set: vec![Hypothesis::Timing(*nearest)], log_bayes: value - bare, noise })
-    }
-
-    /// Parameters of the plant that a wider prior would move: with the likelihood of one number z
-    /// normal about z₀ with variance s, `B = N(z₀; 0, c² + s) / N(z₀; 0, 1 + s)`.
-    fn conflicts(&self) -> Vec<Proposal> {
-        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
-        let (extra, room) = (&[][..], &[][..]);
-        let linear = Linearly { session: self.session, linearised, theta, extra, room };
-        let found = linear.normal(&self.model.noise);
-        let Some((normal, factor)) = found.and_then(|normal| normal.factor().map(|factor| (normal, factor))) else {
-            return Vec::new();
-        };
-        let (inverse, step) = (factor.inverse(), factor.solve(&normal.right));
-        let unknowns = self.model.problem.unknowns.iter().enumerate();
-        let own = unknowns.filter(|(_, unknown)| !unknown.parameter.starts_with("effect."));
-        let of = |(i, unknown): (usize, &identification::problem::Unknown)| {
-            let at = (theta[i] - unknown.prior) / unknown.sigma + step[i];
-            let precision = 1.0 / inverse[(i, i)] - 1.0;
-            let known = self.model.set.iter().any(|own| matches!(own, Hypothesis::Conflict(n) if *n == unknown.name));
-            if known || precision < 1e-6 {
-                return None;
-            }
-            let (centre, s) = (at / (inverse[(i, i)] * precision), 1.0 / precision);
-            let log_normal = |variance: f64| -0.5 * centre * centre / variance - 0.5 * libm::log(variance);
-            let log_bayes = log_normal(CONFLICT_FACTOR * CONFLICT_FACTOR + s) - log_normal(1.0 + s);
-            let set = vec![Hypothesis::Conflict(unknown.name.clone())];
-            Some(Proposal { set, log_bayes, noise: self.model.noise.clone() })
-        };
-        own.filter_map(of).collect()
-    }
 }
 
 /// Columns per standard deviation of their priors, and their room.
@@ -334,17 +286,4 @@ fn bounds_of(normal: &Normal) -> Vec<Bound> {
     let felt = normal.room.iter().enumerate().skip(normal.unknowns);
     let felt = felt.filter(|(_, room)| room.iter().any(|end| end.abs() < 1e3));
     felt.map(|(place, room)| Bound { place, room: *room, prior: cut_at_nothing(room[0]) }).collect()
-}
-
-/// The normal equations of the unknowns and the columns at `kept`.
-fn part_of(whole: &Normal, kept: &[usize]) -> Normal {
-    let all: Vec<usize> = (0..whole.unknowns).chain(kept.iter().copied()).collect();
-    Normal {
-        unknowns: whole.unknowns,
-        matrix: nalgebra::DMatrix::from_fn(all.len(), all.len(), |i, j| whole.matrix[(all[i], all[j])]),
-        right: nalgebra::DVector::from_fn(all.len(), |i, _| whole.right[all[i]]),
-        chi2: whole.chi2,
-        objective: whole.objective,
-        room: all.iter().map(|i| whole.room[*i]).collect(),
-    }
 }

@@ -1,7 +1,8 @@
 //! How large an effect may be: the amplitude whose push has the rms of all that drives the record.
 //!
 //! Along the filtered trajectory every interval changes the rates by Δv, whatever does it:
-//! commands, gravity, springs. The innovations' change when these pushes are added through the
+//! commands, gravity, springs, and what the readings say beyond the plant, which may be all that
+//! drives a body that coasts. The innovations' change when these pushes are added through the
 //! frozen filter is compared with the effect's column, both in stated standard deviations of the
 //! sensors. For an error of a reading it is the channel's own variation that is added.
 
@@ -12,6 +13,10 @@ use dynamics::description::{Plant, SiteKind};
 use identification::filter::Linear;
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Timeline;
+
+/// Windows of a run over which the readings' part is a mean. In the first one they tell where it
+/// began, not what drives it.
+const READING_WINDOWS: usize = 20;
 
 /// Sizes of what drives a record [stated standard deviations, over all samples].
 pub(super) struct Drive {
@@ -73,6 +78,14 @@ fn pushes(linear: &Linear, timeline: &Timeline) -> Sources {
         let Some(state) = linear.state_names.iter().position(|name| *name == linear.names[row]) else { continue };
         for k in 0..intervals {
             sources.state[k * n + row] = linear.states[(k + 1) * x + state] - linear.updated[k * x + state];
+        }
+        // what readings say of one interval is noise
+        let window = (intervals / READING_WINDOWS).max(1);
+        for first in (window..intervals).step_by(window) {
+            let own = first..(first + window).min(intervals);
+            let said = own.clone().map(|k| linear.updated[k * x + state] - linear.states[k * x + state]).sum::<f64>();
+            let each = said / own.len() as f64;
+            own.for_each(|k| sources.state[k * n + row] += each);
         }
     }
     sources

@@ -2,24 +2,26 @@
 //!
 //! Each turn takes the best model of the pool that has not been expanded and that lies within the
 //! beam of the best one: hypotheses are proposed about it, alone and in pairs, and each of its
-//! members is taken out. Coloured noise that was adopted early hides physics: the leader without it
-//! is expanded however far behind it is. One path is not the posterior: a single law that leads may
+//! members is taken out. Noise that was adopted early hides physics: laws are proposed in its
+//! place, too. One path is not the posterior: a single law that leads may
 //! keep the right pair from ever being met, and several sets live side by side. A leader stands
-//! where its evidence stays as its steps of integration are halved; else the whole pool moves to
-//! finer steps.
+//! where its lead stays as its steps of integration are halved; else the whole pool moves to finer
+//! steps.
 
 use super::alias::apart;
 use super::decide::{LEVEL, PRIOR_ODDS, SAME};
+use super::disturbed::of_disturbances;
 use super::exact::exact;
 use super::hypothesis::{Hypothesis, InnerPrior, unknown_of};
 use super::model::{Ground, Model, fitted, key, settled};
-use super::pool::{Entry, Open, Pool, without_colour};
+use super::noise::unstated;
+use super::pool::{BEAM, Cost, Entry, Open, Pool, without_noise};
 use super::predict::predicted;
 use super::propose::{Proposal, proposals};
 use super::screen::screen;
 use super::timing::shift_of;
 use crate::diagnose::Options;
-use crate::outline::{Outline, SET_ROUNDS};
+use crate::outline::{FITTED_SET_ROUNDS, Outline};
 use identification::fit::EstimationSession;
 use std::collections::BTreeSet;
 
@@ -47,21 +49,26 @@ pub(super) fn searched(
         log_m: 0.0,
         parts: 1,
         seen: BTreeSet::from([bare.key()]),
-        dearest: 0.0,
+        fits: Cost::default(),
+        looks: Cost::default(),
         is_unfinished: false,
     };
     let mut own = session.clone();
     pool.enter(Ground { session: &own }, bare, options);
+    pool.fits.add(FITTED_SET_ROUNDS * session.round_work());
+    pool.disturb(Ground { session: &own }, options);
     let mut leader = 0;
     let mut dearest = 0.0f64;
     for turn in 0..EXPANSIONS_MAX {
         let Some(next) = pool.next() else { break };
         let begun = session.work.spent();
-        if !session.work.allows(dearest, "sets of hypotheses") {
+        if !session.work.allows(pool.looks.mean() + pool.fits.mean(), "sets of hypotheses") {
             break;
         }
-        outline.expansion(turn, dearest);
-        pool.expand(Ground { session: &own }, next, options);
+        let open = pool.open(BEAM).count().min(EXPANSIONS_MAX - turn);
+        outline.expansion(turn, dearest, open - 1);
+        let is_whole = pool.expand(Ground { session: &own }, next, options);
+        pool.entries[next].expanded = is_whole;
         let mut best = pool.best();
         let is_new = best != leader;
         while is_new && best != 0 && pool.moves(session, &mut own, best) {
@@ -70,6 +77,9 @@ pub(super) fn searched(
         }
         leader = pool.prune();
         dearest = dearest.max(session.work.spent() - begun);
+        if !is_whole {
+            break;
+        }
     }
     if pool.next().is_some() {
         pool.is_unfinished = pool.next_within(libm::log(LEVEL / (1.0 - LEVEL))).is_some();
@@ -89,6 +99,15 @@ impl Pool {
         self.reject_supersets();
     }
 
+    /// The plant alone with the disturbances that nobody stated: where these are large, a look about
+    /// a plant that has none finds them under the names of laws.
+    fn disturb(&mut self, ground: Ground<'_>, options: &Options) {
+        let Some(bare) = self.entries.first().map(|entry| entry.model.clone()) else { return };
+        for Proposal { set, noise, .. } in of_disturbances(ground, &bare) {
+            self.fit(ground, &set, (&bare, &noise), bare.objective, options);
+        }
+    }
+
     /// Held-out data reject a set for any part of it that they do not reject.
     fn reject_supersets(&mut self) {
         let new = self.entries.len() - 1;
@@ -106,26 +125,32 @@ impl Pool {
         }
     }
 
-    /// Fits what is proposed about an entry, and the entry without each of its members.
-    fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) {
+    /// Fits what is proposed about an entry, and the entry without each of its members; `false` where
+    /// work ended before.
+    fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) -> bool {
         self.entries[place].expanded = true;
+        let begun = ground.session.work.spent();
         let model = self.entries[place].model.clone();
-        let Some(screened) = screen(ground, &model, &options.without) else { return };
+        let mut is_whole = true;
+        let Some(screened) = screen(ground, &model, &options.without) else { return is_whole };
         if self.looked.is_empty() {
             self.looked.clone_from(&screened.looked);
             let numbers = model.problem.unknowns.len() + model.problem.plant.sensors.len();
-            let numbers = numbers + exact(&model.problem.plant).len();
+            let numbers = numbers + exact(&model.problem.plant).len() + unstated(ground.session).count();
             self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
         }
         let (list, left) = proposals(ground, &model, &screened, self.log_m);
-        let each = self.dearest.max(SET_ROUNDS * ground.session.round_work());
-        ground.session.work.plan_now(each * list.len() as f64);
-        for Proposal { set, noise, .. } in list {
+        self.looks.add(ground.session.work.spent() - begun);
+        let count = list.len();
+        for (left, Proposal { set, noise, instead, .. }) in (1..=list.len()).rev().zip(list) {
+            self.plan(ground.session, (place, left, count));
             let before = self.entries.len();
-            let joined = [&model.set[..], &set].concat();
+            let kept = if instead { without_noise(&model.set) } else { model.set.clone() };
+            let joined = [&kept[..], &set].concat();
             // inputs at another time hold none of what is fitted
-            let contained = if shift_of(&set).is_some() { f64::INFINITY } else { model.objective };
-            self.fit(ground, &joined, (&model, &noise), contained, options);
+            let is_part = !instead && shift_of(&set).is_none();
+            let contained = if is_part { model.objective } else { f64::INFINITY };
+            is_whole &= self.fit(ground, &joined, (&model, &noise), contained, options);
             // the set, not its laws: what else is missing turns the estimate of a right law
             if let Some(entry) = self.entries.get(before).filter(|entry| entry.rejected) {
                 self.open.push(Open { what: entry.model.key(), why: "held-out data reject it" });
@@ -134,19 +159,32 @@ impl Pool {
         let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
         let left: Vec<Open> = left.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
         self.open.extend(left);
-        let white = without_colour(&model.set);
+        let white = without_noise(&model.set);
         if white.len() < model.set.len() {
-            self.fit(ground, &white, (&model, &model.noise), f64::INFINITY, options);
+            is_whole &= self.fit(ground, &white, (&model, &model.noise), f64::INFINITY, options);
         }
         for gone in 0..model.set.len() {
             let mut set = model.set.clone();
             set.remove(gone);
-            self.fit(ground, &set, (&model, &model.noise), f64::INFINITY, options);
+            is_whole &= self.fit(ground, &set, (&model, &model.noise), f64::INFINITY, options);
+        }
+        is_whole
+    }
+
+    /// Plans the `left` ones of `count` fits about an entry; of the first one as much again about what
+    /// is ahead of it.
+    fn plan(&self, session: &EstimationSession<'_>, (place, left, count): (usize, usize, usize)) {
+        let now = self.fits.most() * left as f64;
+        let is_first = self.entries.iter().filter(|entry| entry.expanded).count() == 1;
+        match is_first && self.best() != place {
+            false => session.work.plan_now(now),
+            true => session.work.plan(now, self.looks.mean() + self.fits.mean() * count as f64),
         }
     }
 
     /// Fits a set once, and again from another start of a frequency or an order: these have many
     /// maxima, and the one that is found while another law is missing need not be that beside it.
+    /// `false`: work does not allow it.
     fn fit(
         &mut self,
         ground: Ground<'_>,
@@ -154,13 +192,16 @@ impl Pool {
         (from, noise): (&Model, &identification::filter::NoiseModel),
         contained: f64,
         options: &Options,
-    ) {
+    ) -> bool {
         let (name, work) = (key(set, ground.session.problem), &ground.session.work);
         let starts = starts(set, from);
         let again = self.seen.contains(&name).then(|| at_starts(&name, &starts));
         let is_new = again.as_ref().is_none_or(|own| !self.seen.contains(own) && self.is_another_mode(&name, &starts));
-        if !is_new || !work.allows(self.dearest, "sets of hypotheses") {
-            return;
+        if !is_new {
+            return true;
+        }
+        if !work.allows(self.fits.mean(), "sets of hypotheses") {
+            return false;
         }
         self.seen.insert(again.clone().unwrap_or_else(|| name.clone()));
         let begun = work.spent();
@@ -175,7 +216,8 @@ impl Pool {
             (Some(_), _) => {}
             (None, _) => self.open.push(Open { what: name, why: "not fitted" }),
         }
-        self.dearest = self.dearest.max(work.spent() - begun);
+        self.fits.add(work.spent() - begun);
+        true
     }
 
     /// Fits of the set are in the pool, all of them far from these frequencies and orders.
@@ -189,8 +231,10 @@ impl Pool {
         !known.is_empty() && known.iter().all(|mode| mode.iter().any(is_far))
     }
 
-    /// The evidence of the leader over the bare plant changes by more than a nat as steps are
-    /// halved: `own` then takes the halved ones.
+    /// The evidence of the leader over its nearest rival changes by more than a nat as steps are
+    /// halved, or that over the nearest model that it contains, where this lead does not stand beyond
+    /// the beam whatever the steps: `own` then takes the halved ones. An error of first order is
+    /// twice its change.
     fn moves(&mut self, session: &EstimationSession<'_>, own: &mut EstimationSession<'_>, place: usize) -> bool {
         if 2 * self.parts > PARTS_MAX {
             return false;
@@ -198,8 +242,12 @@ impl Pool {
         let Ok(finer) = session.in_parts(2 * self.parts) else { return false };
         let again = |place: usize| Some(refitted(Ground { session: &finer }, &self.entries[place].model)?.log_marginal);
         let change = |place: usize| Some(again(place)? - self.entries[place].model.log_marginal);
-        let Some((ours, theirs)) = change(place).zip(change(0)) else { return false };
-        if (ours - theirs).abs() < 0.5 * SAME {
+        let ours = change(place);
+        let moved = |other: usize| Some((ours? - change(other)?).abs());
+        let part = self.nearest_part(place);
+        let is_felt = |moved: f64| moved >= 0.5 * SAME;
+        let turns_part = moved(part).is_some_and(|by| is_felt(by) && self.ahead(place, part) - 2.0 * by < BEAM);
+        if !turns_part && !self.rival(place).and_then(moved).is_some_and(is_felt) {
             return false;
         }
         self.parts *= 2;

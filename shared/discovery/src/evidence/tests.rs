@@ -1,10 +1,11 @@
 //! Diagnoses by evidence.
 
+use super::noise::{Linearly, NoisePrior};
 use super::*;
 use crate::diagnose::Verdict;
-use crate::synthetic::{coloured, plant, recording};
+use crate::synthetic::{coloured, plant, recording, with_effect};
 use channels::Recording;
-use dynamics::description::Plant;
+use dynamics::description::{Actuator, ActuatorKind, Plant, Quantity};
 
 fn diagnosed(nominal: &Plant, recorded: Recording, held_out: Option<Recording>) -> Diagnosis {
     let problem = |recorded: Recording| Problem::new(nominal, &[recorded], &[]).unwrap();
@@ -43,6 +44,67 @@ fn noise_that_remembers_is_noise_and_no_physics() {
     let found = diagnosed(&nominal, coloured(&nominal, 5, 5.0, 0.8), None);
     assert_eq!(found.verdict, Verdict::NoiseModel, "{}", found.reason);
     assert!(found.effects.is_empty());
+}
+
+/// The pendulum of `plant`, pushed by a white torque.
+fn pushed(nominal: &Plant) -> Plant {
+    let mut truth = nominal.clone();
+    truth.actuators.push(Actuator {
+        name: "push".to_owned(),
+        kind: ActuatorKind::JointTorque { joint: "pivot".to_owned() },
+        command: Vec::new(),
+        noise: Quantity::known(0.02),
+        recorded: false,
+        ..plant("oscillator").actuators[0].clone()
+    });
+    truth
+}
+
+#[test]
+fn a_disturbance_that_nobody_stated_pays_for_itself_and_is_no_physics() {
+    let nominal = plant("pendulum");
+    let found = diagnosed(&nominal, recording(&pushed(&nominal), 5, 8.0), None);
+    assert_eq!(found.verdict, Verdict::NoiseModel, "{}", found.reason);
+    assert!(found.effects.is_empty() && found.reason.contains("disturbance of pivot"), "{}", found.reason);
+}
+
+/// It turns freely.
+fn rotor() -> Plant {
+    let mut plant = plant("pendulum");
+    plant.environment.gravity_m_s2 = [0.0; 3].map(Quantity::known);
+    plant
+}
+
+/// Nothing else drives it, and a disturbance would take all of it.
+#[test]
+fn a_constant_torque_on_a_body_that_coasts_is_found() {
+    let nominal = rotor();
+    let truth = with_effect(&nominal, "joint_torque_bias", "joint:pivot", &[("force", 0.02)]);
+    let found = diagnosed(&nominal, recording(&truth, 5, 8.0), Some(recording(&truth, 6, 8.0)));
+    let is_physics = found.effects.first().is_some_and(|own| !own.site.starts_with("sensor"));
+    assert!(is_physics, "{:?} {}", found.verdict, found.reason);
+}
+
+/// A floor that the first samples do not show lets a momentum wander, which hides what lasts.
+#[test]
+fn floors_of_disturbances_hide_no_force_that_lasts() {
+    let nominal = rotor();
+    let problem = Problem::new(&nominal, &[recording(&nominal, 5, 60.0)], &[]).unwrap();
+    let sigma = |share: Option<f64>| {
+        let mut session = EstimationSession::new(&problem, 1).unwrap();
+        match share {
+            Some(share) => session.noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= share),
+            None => session.lower_floors(),
+        }
+        let stated = crate::diagnose::nominal(&session, &Options::default()).unwrap();
+        let model = bare(&session, &stated).unwrap();
+        let screened = screen::screen(Ground { session: &session }, &model, &[]).unwrap();
+        let is_it = |own: &&screen::Looked| own.candidate.effect.kind == "joint_torque_bias";
+        screened.looked.iter().find(is_it).unwrap().sigma
+    };
+    let [lowered, none, whole] = [None, Some(1e-3), Some(1.0)].map(sigma);
+    assert!(lowered < 1.06 * none, "{lowered} {none}");
+    assert!(whole > 1.3 * none, "{whole} {none}");
 }
 
 /// Every command stands one row too late in the log.
@@ -95,12 +157,12 @@ fn what_explains_a_distance_is_readings_beside_disturbances_of_their_stated_size
         let mut taken = session.noise.clone();
         taken.input_sigma.iter_mut().for_each(|sigma| *sigma *= 3.0);
         taken.sensor_sigma.iter_mut().for_each(|sigma| *sigma *= 0.8);
-        let own = predict::explaining(&linear, &taken, NoisePrior::new(session, Vec::new())).unwrap();
+        let own = predict::explaining(&linear, &taken, NoisePrior::new(session, &[])).unwrap();
         assert!(own.input_sigma.iter().zip(&session.noise.input_sigma).all(|(own, stated)| own <= stated), "{own:?}");
         for (own, stated) in own.sensor_sigma.iter().zip(&session.noise.sensor_sigma) {
             assert!((0.9..1.0 + 1e-9).contains(&(own / stated)), "{own} of {stated}");
         }
-        let within = predict::explaining(&linear, &session.noise, NoisePrior::new(session, Vec::new())).unwrap();
+        let within = predict::explaining(&linear, &session.noise, NoisePrior::new(session, &[])).unwrap();
         assert_eq!(within.sensor_sigma, session.noise.sensor_sigma);
     });
 }

@@ -29,18 +29,26 @@ pub struct Ahead {
     pub variance: Vec<f64>,
 }
 
-/// Predictions over windows of so many events under `noise`, the first one behind `begin` events;
-/// `None` where a covariance is not positive.
+/// Predictions over windows of so many events under `noise`, the first one behind `begin` events,
+/// from innovations `nu` of the pass: those of `linear`, or what a parameter changes them by, since
+/// distances are linear in them. `None` where a covariance is not positive.
 ///
 /// Cost: two filters.
-pub fn ahead(linear: &Linear, timeline: &Timeline, noise: &NoiseModel, window: usize, begin: usize) -> Option<Ahead> {
+pub fn ahead(
+    (linear, nu): (&Linear, &[f64]),
+    timeline: &Timeline,
+    noise: &NoiseModel,
+    window: usize,
+    begin: usize,
+) -> Option<Ahead> {
     let layout = coloured(&linear.layout, noise);
     let size = layout.len();
-    by_size!(size, run)(&Pass { linear, timeline, noise, layout }, window.max(1), begin)
+    by_size!(size, run)(&Pass { linear, nu, timeline, noise, layout }, window.max(1), begin)
 }
 
 struct Pass<'a> {
     linear: &'a Linear,
+    nu: &'a [f64],
     timeline: &'a Timeline,
     noise: &'a NoiseModel,
     layout: Layout,
@@ -112,14 +120,14 @@ impl<R: Row> Side<R> {
         let colour = (&pass.layout, &pass.noise.pole[..]);
         let samples = event.first..event.first + event.count;
         samples
-            .map(|s| pass.linear.nu[s] - reading_difference(pass.linear, pass.timeline, colour, s, &mut self.d)[0])
+            .map(|s| pass.nu[s] - reading_difference(pass.linear, pass.timeline, colour, s, &mut self.d)[0])
             .collect()
     }
 
     /// `d ← d − K ν`, of the pass.
     fn leave(&mut self, pass: &Pass<'_>, k: usize) {
         let (event, frozen) = (&pass.timeline.events[k], &pass.linear.frozen);
-        let nu = &pass.linear.nu[event.first..event.first + event.count];
+        let nu = &pass.nu[event.first..event.first + event.count];
         let gain = frozen.gain[frozen.first[k]..].chunks_exact(event.count);
         self.d.iter_mut().zip(gain).take(frozen.rows).for_each(|(d, gain)| d[0] -= dot(gain, nu));
     }

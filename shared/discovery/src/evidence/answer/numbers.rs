@@ -41,7 +41,7 @@ impl Shown<'_> {
 
     /// Free runs over the horizon, in words.
     pub(super) fn horizon(&self) -> Option<String> {
-        let compared = self.compared.as_ref().filter(|_| self.decision.leader != 0)?;
+        let compared = self.compared.as_ref().filter(|_| self.decision.leader != self.quiet)?;
         let site = |site: &Site| {
             let worse = if site.is_worse { ", worse" } else { "" };
             let Site { name, before, after, noise, .. } = site;

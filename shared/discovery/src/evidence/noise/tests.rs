@@ -12,7 +12,7 @@ const DRAWS: usize = 2500;
 /// `ln ∫ p(D|θ, η) p(θ) p(η)` over unknowns and noise by draws from a normal density about the mode
 /// with one and a half times its variance, and the standard error of that logarithm.
 fn sampled(session: &EstimationSession<'_>, model: &Model) -> [f64; 2] {
-    let prior = NoisePrior::new(session, Vec::new());
+    let prior = NoisePrior::new(session, &[]);
     let (linearised, theta) = (&model.fit.linearised, &model.fit.theta[..]);
     let linear = Linearly { session, linearised, theta, extra: &[], room: &[] };
     let normal = linear.normal(&model.noise).unwrap();

@@ -19,7 +19,7 @@ fn about(name: &str, duration_s: f64, factor: f64, seen: &mut dyn FnMut(&Linear,
 fn a_window_of_one_event_is_the_filter_s_own_prediction_of_the_first_channel_under_any_noise() {
     for (name, factor) in [("drive_rig", 1.0), ("drive_rig", 3.0), ("pendulum", 2.0)] {
         about(name, 2.0, factor, &mut |linear, timeline, noise| {
-            let found = ahead(linear, timeline, noise, 1, 10).unwrap();
+            let found = ahead((linear, &linear.nu), timeline, noise, 1, 10).unwrap();
             let own = gains(linear, timeline, noise).unwrap();
             let mut r = linear.nu.clone();
             whiten(linear, timeline, &own, &mut [&mut r]);
@@ -38,7 +38,7 @@ fn a_window_of_one_event_is_the_filter_s_own_prediction_of_the_first_channel_und
 fn a_right_plant_is_off_by_what_its_noise_explains_over_any_horizon() {
     about("drive_rig", 30.0, 1.0, &mut |linear, timeline, noise| {
         for window in [1, 20, 100] {
-            let found = ahead(linear, timeline, noise, window, 10).unwrap();
+            let found = ahead((linear, &linear.nu), timeline, noise, window, 10).unwrap();
             let all = found.residual.iter().zip(&found.variance).filter(|(_, v)| v.is_finite());
             let (sum, count) = all.fold((0.0, 0.0), |(sum, count), (e, v)| (sum + e * e / v, count + 1.0));
             // some twenty windows at least, each about one draw

@@ -17,12 +17,13 @@ const KICK_MAX: f64 = 1e-2;
 const FLOORS_LEAST: f64 = 10.0;
 /// Increase of `Σ ln S` of all recordings at most that a lowered floor makes. Of a component of the
 /// readings whose variance it raises by the share λ, `Σ ln S` rises by `ln(1 + λ)` and the information
-/// falls by `1/(1 + λ)`: of none by more than a tenth, be it that of a constant force.
+/// falls by `1/(1 + λ)`: of none by more than a tenth, be it that of a constant force. All
+/// inputs share it.
 const RECORD_INFLATION: f64 = 0.1;
 /// Turns in which a floor is lowered, and the standard deviation, as a share of a floor, that stands
 /// for none.
 const LOWERINGS_MAX: usize = 4;
-const NO_FLOOR: f64 = 1e-3;
+const NO_FLOOR: f64 = 1e-6;
 /// Events whose gains are held at a time.
 const EVENTS_HELD: usize = 256;
 /// Events that decide on the floor, and halvings of the decades in which it is looked for.
@@ -94,17 +95,19 @@ impl EstimationSession<'_> {
         let mut without = self.noise.clone();
         unstated.iter().for_each(|k| without.input_sigma[*k] *= NO_FLOOR);
         let Some(none) = determinant(&without) else { return };
+        let most = RECORD_INFLATION / unstated.len().max(1) as f64;
         let mut lowered = without.clone();
         for k in unstated {
             let mut noise = without.clone();
             noise.input_sigma[k] = self.noise.input_sigma[k];
             for _ in 0..LOWERINGS_MAX {
                 let inflation = determinant(&noise).map_or(f64::INFINITY, |own| own - none);
-                if inflation <= RECORD_INFLATION {
+                if inflation <= most {
                     break;
                 }
-                // ln(1 + λ) is short of λ, which falls with the variance
-                let share = libm::expm1(RECORD_INFLATION) / libm::expm1(inflation.min(10.0));
+                // of one component ln(1 + λ) is short of λ, which falls with the variance; of several
+                // this goes further than it has to
+                let share = most / libm::expm1(inflation.min(10.0));
                 noise.input_sigma[k] *= share.sqrt().max(NO_FLOOR);
             }
             lowered.input_sigma[k] = noise.input_sigma[k].max(without.input_sigma[k]);

@@ -1,0 +1,51 @@
+//! Whether a distance is more than noise.
+
+use super::*;
+use crate::noise::Noise;
+
+const SAMPLES: usize = 2000;
+
+/// How many of 200 draws are taken for more than noise of which a share is driven.
+fn felt(driven: f64, draw: impl Fn(Vec<f64>) -> Vec<f64>) -> usize {
+    (0..200).filter(|seed| exceeds_noise(&draw(Noise::new(*seed).series(SAMPLES, 1.0)), driven)).count()
+}
+
+/// Sums of `white`, begun again every `window` samples, each in its own standard deviations.
+fn runs(white: &[f64], window: usize) -> Vec<f64> {
+    let mut sum = 0.0;
+    let walk = |(k, step): (usize, &f64)| {
+        sum = if k % window == 0 { *step } else { sum + step };
+        sum / ((k % window + 1) as f64).sqrt()
+    };
+    white.iter().enumerate().map(walk).collect()
+}
+
+#[test]
+fn a_distance_that_disturbances_alone_drive_is_no_misfit_however_long_the_window() {
+    for window in [1, 25, 250, SAMPLES] {
+        let many = felt(1.0, |white| runs(&white, window));
+        // one in twenty, and what the correlations' own error adds
+        assert!(many <= 24, "{many} of 200 in windows of {window}");
+    }
+}
+
+#[test]
+fn noise_of_readings_that_remembers_is_no_misfit() {
+    let coloured = |white: Vec<f64>| {
+        let mut v = 0.0;
+        let next = |r: &f64| {
+            v = 0.9 * v + (1.0 - 0.81_f64).sqrt() * r;
+            v
+        };
+        white.iter().map(next).collect()
+    };
+    assert!(felt(1.0, coloured) <= 24);
+    // as white noise it is taken for a misfit three times as often as it may be
+    assert!(felt(0.0, coloured) > 30);
+}
+
+#[test]
+fn a_misfit_of_a_tenth_of_the_variance_of_white_noise_is_felt() {
+    assert!(felt(1.0, |white| white.iter().map(|r| 1.1 * r).collect()) > 190);
+    assert!(felt(0.0, |white| white.iter().map(|r| r + 0.4).collect()) > 190);
+}
