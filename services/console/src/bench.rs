@@ -36,6 +36,9 @@ pub struct Arguments {
     /// With --hidden only these effects, separated by commas
     #[arg(long, value_delimiter = ',', requires = "hidden", value_name = "KIND")]
     only: Vec<String>,
+    /// Of modal-records only this kind of record, as its table names it; may be repeated
+    #[arg(long, value_name = "NAME")]
+    kind: Vec<String>,
     /// One JSON object on standard output
     #[arg(long, conflicts_with = "md")]
     json: bool,
@@ -119,6 +122,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.hidden && arguments.problem != Problem::StudyCase {
         return Err(Failure::Usage("--hidden belongs to study-case: obsid bench study-case --hidden".into()));
     }
+    if !arguments.kind.is_empty() && arguments.problem != Problem::ModalRecords {
+        return Err(Failure::Usage("--kind belongs to modal-records: obsid bench modal-records --kind clean".into()));
+    }
     let form = match (arguments.json, arguments.md) {
         (true, _) => Form::Object,
         (_, true) => Form::Markdown,
@@ -194,10 +200,7 @@ fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
         }
         Problem::Modes => measure_modes(arguments, to, &[modes::Modes::bp3a()]),
         Problem::ModesInLoop => measure_modes(arguments, to, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
-        Problem::ModalRecords => {
-            modal_records::measure(arguments, to);
-            Ok(())
-        }
+        Problem::ModalRecords => modal_records::measure(arguments, to),
         Problem::StudyCase if arguments.hidden => hidden_effects::measure(arguments, to),
         Problem::StudyCase => study_case::measure(arguments, to),
         Problem::Dynamics => {
@@ -208,13 +211,13 @@ fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
     }
 }
 
-/// Every method asked for is one of `known`.
-fn ask(methods: &[String], known: &[&str]) -> Result<(), Failure> {
-    match methods.iter().find(|name| !known.contains(&name.as_str())) {
+/// Every name is one of the `known` of its noun.
+fn ask(noun: &str, names: &[String], known: &[&str]) -> Result<(), Failure> {
+    match names.iter().find(|name| !known.contains(&name.as_str())) {
         None => Ok(()),
         Some(unknown) => Err(Failure::Input(miette::miette!(
-            help = format!("the methods of this benchmark are {}", known.join(", ")),
-            "no method '{unknown}'"
+            help = format!("the {noun}s of this benchmark are '{}'", known.join("', '")),
+            "no {noun} '{unknown}'"
         ))),
     }
 }
@@ -225,7 +228,7 @@ fn chosen<const P: usize, const A: usize>(
     arguments: &Arguments,
 ) -> Result<inertial::Inertial<P, A>, Failure> {
     let known: Vec<&str> = all.methods().iter().map(|method| method.name).collect();
-    ask(&arguments.methods, &known)?;
+    ask("method", &arguments.methods, &known)?;
     let names: Vec<&str> = arguments.methods.iter().map(String::as_str).collect();
     let all = match arguments.start {
         None => all,
@@ -238,7 +241,7 @@ fn chosen<const P: usize, const A: usize>(
 /// Those of `benchmarks` that know one of the methods asked for.
 fn measure_modes(arguments: &Arguments, to: &mut Answers, benchmarks: &[modes::Modes]) -> Result<(), Failure> {
     let known: Vec<&str> = benchmarks.iter().flat_map(|b| b.methods()).map(|method| method.name).collect();
-    ask(&arguments.methods, &known)?;
+    ask("method", &arguments.methods, &known)?;
     for benchmark in benchmarks {
         let chosen = benchmark.clone().only(&arguments.methods);
         if !chosen.methods().is_empty() {

@@ -19,3 +19,11 @@ pub mod responses;
 pub mod structure;
 
 pub use campaign::{Figures, figures};
+
+/// Names of all kinds of record, in the order of the rows.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    let defects = defects::Defect::ALL.into_iter().map(defects::Defect::name);
+    let inputs = known_input::KINDS.iter().map(|(name, _)| *name);
+    defects.chain(responses::KINDS.into_iter().map(responses::Kind::name)).chain(inputs).collect()
+}

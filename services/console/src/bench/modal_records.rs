@@ -1,24 +1,30 @@
 //! `obsid bench modal-records`: a line per kind of defect, per kind of frequency responses, and per
 //! kind of known input.
 
-use super::{Answers, Arguments};
+use super::{Answers, Arguments, ask};
+use crate::Failure;
 use bench::modal_records::defects::Defect;
-use bench::modal_records::{Figures, figures, known_input, responses};
+use bench::modal_records::{Figures, figures, known_input, names, responses};
 use serde_json::json;
 use std::fmt::Write;
 
-pub(super) fn measure(arguments: &Arguments, to: &mut Answers) {
-    let all: Vec<Figures> =
-        Defect::ALL.into_iter().map(|defect| figures(defect, arguments.trials, arguments.seed)).collect();
-    let rows = responses::run(arguments.trials as usize, arguments.seed);
-    let inputs = known_input::run(arguments.trials as usize, arguments.seed);
+pub(super) fn measure(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
+    ask("kind", &arguments.kind, &names())?;
+    let wanted = |name: &str| arguments.kind.is_empty() || arguments.kind.iter().any(|kind| kind == name);
+    let (trials, seed) = (arguments.trials, arguments.seed);
+    let defects = Defect::ALL.into_iter().filter(|defect| wanted(defect.name()));
+    let all: Vec<Figures> = defects.map(|defect| figures(defect, trials, seed)).collect();
+    let rows = responses::run(wanted, trials as usize, seed);
+    let inputs = known_input::run(wanted, trials as usize, seed);
     let object = || {
-        let all = json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all, "responses": rows,
-            "known_input": inputs });
+        let all =
+            json!({ "problem": "modal-records", "seed": seed, "kinds": all, "responses": rows, "known_input": inputs });
         format!("{all}\n")
     };
-    let marked = markdown(&all, &rows) + &inputs_in_markdown(&inputs);
-    to.add(|| table(&all) + &of_responses(&rows) + &of_inputs(&inputs), Some(marked), object);
+    let marked = [markdown(&all, &rows), inputs_in_markdown(&inputs)];
+    let marked: Vec<String> = marked.into_iter().filter(|table| !table.is_empty()).collect();
+    to.add(|| table(&all) + &of_responses(&rows) + &of_inputs(&inputs), Some(marked.join("\n")), object);
+    Ok(())
 }
 
 fn of_inputs(rows: &[known_input::Row]) -> String {
@@ -42,7 +48,10 @@ fn of_inputs(rows: &[known_input::Row]) -> String {
 }
 
 fn inputs_in_markdown(rows: &[known_input::Row]) -> String {
-    let mut text = "\n| known input | records | modes | missed | invented | no model is right, or with a condition | mean z of f, zeta | rms z of f, zeta | in 95 % intervals |\n|---|---|---|---|---|---|---|---|---|\n".to_owned();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut text = "| known input | records | modes | missed | invented | no model is right, or with a condition | mean z of f, zeta | rms z of f, zeta | in 95 % intervals |\n|---|---|---|---|---|---|---|---|---|\n".to_owned();
     for row in rows {
         let _ = writeln!(
             text,
@@ -86,6 +95,9 @@ fn of_responses(rows: &[responses::Row]) -> String {
 }
 
 fn markdown(all: &[Figures], rows: &[responses::Row]) -> String {
+    if all.is_empty() && rows.is_empty() {
+        return String::new();
+    }
     let mut text = "| kind | modes | missed [%] | invented [%] | rms z of f, zeta | in 95 % intervals | tones named [%] | mode beside right or hidden [%] |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for f in all {
         let [missed, invented, f_rms, zeta_rms, f_held, zeta_held, named, beside] = in_words(f);
@@ -128,6 +140,9 @@ fn in_words(f: &Figures) -> [String; 8] {
 }
 
 fn table(all: &[Figures]) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
     let mut text = format!(
         "{:18} {:>6} {:>8} {:>10} {:>13} {:>13} {:>9} {:>9}\n",
         "defect", "modes", "missed %", "invented %", "rms z f, damp.", "95 % f, damp.", "tones %", "beside %"
@@ -146,6 +161,19 @@ fn table(all: &[Figures]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_unknown_kind_is_refused_with_those_that_there_are() {
+        let refused = ask("kind", &["clear".to_owned()], &names()).unwrap_err();
+        let Failure::Input(report) = refused else { panic!("no input error") };
+        assert_eq!(report.to_string(), "no kind 'clear'");
+        let help = report.help().unwrap().to_string();
+        assert!(help.contains("'clean', 'missing rows'") && help.contains("'open loop, random'"), "{help}");
+        let mut all = names();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), names().len());
+    }
 
     #[test]
     fn a_share_of_nothing_is_a_dash_and_null() {

@@ -44,6 +44,33 @@ pub struct Figures {
     pub tones_invented: u32,
     /// Modes beside a tone that are right, or said to be hidden.
     pub beside_right_percent: Option<f64>,
+    /// What each trial got wrong, in their order.
+    pub failures: Vec<Failure>,
+}
+
+/// What one trial got wrong.
+#[derive(Clone, Debug, Serialize)]
+pub struct Failure {
+    pub trial: u32,
+    pub what: Fault,
+    /// Of the true mode or tone, or of the invented one \[Hz\].
+    pub frequency_hz: f64,
+    /// Of the mode, unless it is a tone.
+    pub damping_ratio: Option<f64>,
+    /// Errors of frequency and damping in deviations.
+    pub z: Option<[f64; 2]>,
+}
+
+/// A kind of failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    Missed,
+    Invented,
+    /// Found, with an error beyond [`RIGHT_SIGMA`].
+    Wrong,
+    ToneMissed,
+    ToneInvented,
 }
 
 /// Sums of the trials.
@@ -68,7 +95,7 @@ pub fn figures(defect: Defect, trials: u32, seed: u64) -> Figures {
         let structure = Structure::draw(&mut random);
         let recorded = record(&structure, defect, &mut random);
         match read(&recorded) {
-            Some(found) => judge(&structure, &recorded, &found, &mut figures, &mut sums),
+            Some(found) => judge((trial, &structure), &recorded, &found, &mut figures, &mut sums),
             None => figures.failed += 1,
         }
     }
@@ -117,7 +144,7 @@ fn series(recorded: &DefectiveRecord) -> Option<SeriesSet> {
 }
 
 fn judge(
-    structure: &Structure,
+    (trial, structure): (u32, &Structure),
     recorded: &DefectiveRecord,
     found: &Operational,
     figures: &mut Figures,
@@ -128,6 +155,9 @@ fn judge(
         recorded.update_rate_hz / structure.sample_rate_hz
     } else {
         1.0
+    };
+    let mut fail = |what, frequency_hz, damping_ratio, z| {
+        figures.failures.push(Failure { trial, what, frequency_hz, damping_ratio, z });
     };
     let mut left: Vec<&Mode> = found.modes.iter().collect();
     for (k, truth) in structure.modes.iter().enumerate() {
@@ -140,11 +170,11 @@ fn judge(
         let mode = best.map(|i| left.remove(i));
         let z = mode.map(|mode| {
             let f_z = (mode.frequency_hz - f) / mode.sigma_frequency_hz;
-            (f_z, (mode.damping_ratio - truth.damping_ratio) / mode.sigma_damping)
+            [f_z, (mode.damping_ratio - truth.damping_ratio) / mode.sigma_damping]
         });
+        let right = z.is_some_and(|z| z.iter().all(|z| z.abs() < RIGHT_SIGMA));
         let hidden = found.tones.iter().any(|tone| (tone.frequency_hz - f).abs() < tone.hides_hz);
         if recorded.beside_mode == Some(k) {
-            let right = z.is_some_and(|(a, b)| a.abs() < RIGHT_SIGMA && b.abs() < RIGHT_SIGMA);
             sums.beside += 1;
             sums.beside_right += u32::from(right || hidden);
         }
@@ -153,14 +183,19 @@ fn judge(
         }
         figures.modes += 1;
         match z {
-            Some((f_z, damping_z)) => {
+            Some([f_z, damping_z]) => {
                 sums.frequency_z.push(f_z);
                 sums.damping_z.push(damping_z);
             }
             None => sums.missed += u32::from(!hidden),
         }
+        if !right && (z.is_some() || !hidden) {
+            let what = if z.is_some() { Fault::Wrong } else { Fault::Missed };
+            fail(what, f, Some(truth.damping_ratio), z);
+        }
     }
     sums.invented += left.len() as u32;
+    left.iter().for_each(|mode| fail(Fault::Invented, mode.frequency_hz, Some(mode.damping_ratio), None));
     let mut named = vec![false; found.tones.len()];
     for tone_hz in &recorded.tones_hz {
         figures.tones += 1;
@@ -168,7 +203,12 @@ fn judge(
         if let Some(k) = (0..named.len()).find(near) {
             named[k] = true;
             sums.named += 1;
+        } else {
+            fail(Fault::ToneMissed, *tone_hz, None, None);
         }
+    }
+    for (tone, _) in found.tones.iter().zip(&named).filter(|(_, named)| !**named) {
+        fail(Fault::ToneInvented, tone.frequency_hz, None, None);
     }
     figures.tones_invented += named.iter().filter(|named| !**named).count() as u32;
 }

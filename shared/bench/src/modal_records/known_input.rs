@@ -350,9 +350,9 @@ impl Trial {
     }
 }
 
-/// Every kind over `trials` records; the same seed gives the same rows.
+/// Every kind whose name is wanted over `trials` records; the same seed gives the same rows.
 #[must_use]
-pub fn run(trials: usize, seed: u64) -> Vec<Row> {
+pub fn run(wanted: impl Fn(&str) -> bool, trials: usize, seed: u64) -> Vec<Row> {
     let of = |(at, (name, kind)): (usize, &(&str, Kind))| {
         let mut gathered = Gathered::default();
         for k in 0..trials {
@@ -362,7 +362,7 @@ pub fn run(trials: usize, seed: u64) -> Vec<Row> {
         }
         gathered.row(name, trials)
     };
-    KINDS.iter().enumerate().map(of).collect()
+    KINDS.iter().enumerate().filter(|(_, (name, _))| wanted(name)).map(of).collect()
 }
 
 #[cfg(test)]

@@ -24,6 +24,18 @@ pub enum Kind {
     H1,
 }
 
+impl Kind {
+    /// As the table of figures has it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Additive => "responses, one noise",
+            Self::Proportional => "in proportion",
+            Self::H1 => "H1 of records",
+        }
+    }
+}
+
 /// Every kind, in the order of the rows.
 pub const KINDS: [Kind; 3] = [Kind::Additive, Kind::Proportional, Kind::H1];
 
@@ -63,11 +75,12 @@ struct Found {
     shape: Vec<(c64, f64, f64)>,
 }
 
-/// One row for every kind.
+/// One row for every kind whose name is wanted.
 #[must_use]
-pub fn run(trials: usize, seed: u64) -> Vec<Row> {
+pub fn run(wanted: impl Fn(&str) -> bool, trials: usize, seed: u64) -> Vec<Row> {
     KINDS
         .iter()
+        .filter(|kind| wanted(kind.name()))
         .map(|kind| row(*kind, &(0..trials as u64).map(|k| trial(*kind, seed, k)).collect::<Vec<_>>()))
         .collect()
 }
@@ -80,11 +93,7 @@ pub fn row(kind: Kind, trials: &[Trial]) -> Row {
     let coverage = |z: &[f64]| z.iter().filter(|z| z.abs() < 1.96).count() as f64 / z.len().max(1) as f64;
     let (frequency, damping, shape) = (all(|t| &t.frequency_z), all(|t| &t.damping_z), all(|t| &t.shape_z));
     Row {
-        kind: match kind {
-            Kind::Additive => "responses, one noise",
-            Kind::Proportional => "in proportion",
-            Kind::H1 => "H1 of records",
-        },
+        kind: kind.name(),
         trials: trials.len(),
         modes: trials.iter().map(|t| t.modes).sum(),
         missed: trials.iter().map(|t| t.missed.len()).sum(),
