@@ -82,26 +82,9 @@ record! {
     }
 }
 
+crate::seal::sealed!(Telecommand, key);
+
 impl Telecommand {
-    fn sealed_bytes(&self) -> &[u8] {
-        let bytes = zerocopy::IntoBytes::as_bytes(self);
-        let end = core::mem::offset_of!(Telecommand, crc32);
-        &bytes[core::mem::offset_of!(Telecommand, key)..end]
-    }
-
-    /// The same command with `crc32` computed over `key` to `values`.
-    #[must_use]
-    pub fn sealed(mut self) -> Self {
-        self.crc32 = crate::crc32(self.sealed_bytes());
-        self
-    }
-
-    /// Whether `crc32` is that of `key` to `values`; release stamps are no part of it.
-    #[must_use]
-    pub fn is_intact(&self) -> bool {
-        self.crc32 == crate::crc32(self.sealed_bytes())
-    }
-
     /// Whether `partition` is to carry it out.
     #[must_use]
     pub fn is_for(&self, partition: PartitionId) -> bool {

@@ -36,7 +36,7 @@ record! {
     }
 }
 
-crate::seal::sealed!(Diagnosis);
+crate::seal::sealed!(Diagnosis, arc);
 
 #[cfg(test)]
 mod tests {

@@ -83,7 +83,7 @@ record! {
     }
 }
 
-crate::seal::sealed!(Information);
+crate::seal::sealed!(Information, arc);
 
 impl JointEstimate {
     /// `asks`: messages of the next generation at `theta`.

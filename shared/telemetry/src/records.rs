@@ -230,26 +230,7 @@ record! {
     }
 }
 
-impl TargetEstimate {
-    fn sealed_bytes(&self) -> &[u8] {
-        let bytes = zerocopy::IntoBytes::as_bytes(self);
-        &bytes[size_of::<Header>() + size_of::<u64>()..bytes.len() - size_of::<u64>()]
-    }
-
-    /// The same sample with `crc32` computed over `epoch_ns` to `fit_chi_square`.
-    #[must_use]
-    pub fn sealed(mut self) -> Self {
-        self.crc32 = crate::crc32(self.sealed_bytes());
-        self
-    }
-
-    /// Whether `crc32` is that of `epoch_ns` to `fit_chi_square`: false after any change behind
-    /// [`TargetEstimate::sealed`].
-    #[must_use]
-    pub fn is_intact(&self) -> bool {
-        self.crc32 == crate::crc32(self.sealed_bytes())
-    }
-}
+crate::seal::sealed!(TargetEstimate, epoch_ns);
 
 record! {
     /// What the supervisor says of an estimate, and which test failed.
