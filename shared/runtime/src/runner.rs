@@ -8,14 +8,15 @@ mod faults;
 mod figures;
 mod orders;
 mod out;
+mod start;
 mod timetable;
 mod worker;
 
 pub use orders::{TablePlaces, TableReport};
 pub use timetable::Timetable;
 
-use crate::checkpoint::{Checkpoint, CheckpointError, Store};
-use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
+use crate::checkpoint::{CheckpointError, Store};
+use crate::config::{Fault, KillPoint};
 use crate::events::{EventGate, EventLog};
 use crate::inbox::Inbox;
 use crate::latency::FrameTimes;
@@ -26,8 +27,7 @@ use crate::partition::{Frame, Outputs, Partition, StateError};
 use crate::trace::{Mark, Trace};
 use orders::Desk;
 use telemetry::{
-    COMMAND, Command, EVENT, Event, EventCode, Header, MODE, PROGRESS, PartitionId, Progress, TELECOMMAND, TICK,
-    TOPICS, TOPICS_MAX, Tick,
+    COMMAND, Command, EVENT, Event, EventCode, Header, PROGRESS, PartitionId, Progress, TICK, TOPICS, TOPICS_MAX, Tick,
 };
 use worker::{Worker, WorkerEnded};
 
@@ -59,8 +59,6 @@ pub enum Turn {
     Finished,
 }
 
-/// Room for a partition's state in a checkpoint; more is taken when it is needed.
-const STATE_BYTES: usize = 1 << 18;
 /// Of a checkpoint that a kill cuts, unless the drill says where.
 const HALF_PERMILLE: u32 = 500;
 
@@ -144,128 +142,10 @@ pub struct Runner<L: Link> {
 }
 
 impl<L: Link> Runner<L> {
-    /// Takes the partition up at its last checkpoint, if `store` has one, and sends its last
-    /// outputs again.
-    ///
-    /// # Errors
-    /// When the checkpoint cannot be read or decoded, or the link cannot send the last outputs.
-    pub fn start(
-        mut partition: Box<dyn Partition>,
-        link: L,
-        run: &RunConfig,
-        epoch: u32,
-        mut store: Option<Store>,
-    ) -> Result<Self, RunError> {
-        let id = partition.id();
-        let loaded = store.as_ref().map(Store::load).transpose()?.flatten();
-        let is_fresh = loaded.is_none();
-        let checkpoint = match loaded {
-            Some(checkpoint) => {
-                partition.restore(&checkpoint.state)?;
-                if let Some(store) = &mut store {
-                    partition.take_journal(&store.journal(&checkpoint)?);
-                }
-                checkpoint
-            }
-            None => Checkpoint::default(),
-        };
-        let is_source = id == PartitionId::SensorSim;
-        let mut inputs = vec![MODE.id, PROGRESS.id, COMMAND.id, TELECOMMAND.id];
-        if !is_source {
-            inputs.push(TICK.id);
-        }
-        if id == PartitionId::Supervisor && !run.limits.rules.is_empty() {
-            inputs.push(EVENT.id);
-        }
-        inputs.extend_from_slice(partition.inputs());
-        inputs.sort_unstable();
-        inputs.dedup();
-        let mut runner = Runner {
-            inbox: Inbox::new(&inputs, checkpoint.cursors, run.window_frames, run.sabotage),
-            outputs: Outputs::default(),
-            outbox: Outbox::from_entries(checkpoint.outbox, run.window_frames),
-            pacing: is_source.then(|| Pacing::new(run)),
-            store,
-            state: Vec::with_capacity(STATE_BYTES),
-            seq: checkpoint.seq,
-            seq_checkpointed: checkpoint.seq,
-            epoch,
-            frames_done: checkpoint.frames,
-            frames_checkpointed: checkpoint.frames,
-            began_anew: false,
-            cycles: 0,
-            progress_due: true,
-            finished: checkpoint.ended,
-            desk: Desk::default(),
-            gate: EventGate::default(),
-            heard_events: Vec::with_capacity(TOPICS[EVENT.id].depth),
-            event_log: None,
-            interval_ns: run.speed.map(|speed| ((run.period_ns as f64 / speed) as u64).max(1)),
-            behind_cycles: 0,
-            commands: Vec::with_capacity(8),
-            urgent: Vec::with_capacity(8),
-            times: FrameTimes::default(),
-            fresh_ns: None,
-            started_ns: link.now_ns(),
-            deadline_ns: run.limits.deadline_ns(id),
-            timetable: None,
-            bytes_sent: 0,
-            trace: None,
-            period_ns: run.period_ns,
-            checkpoint_frames: run.checkpoint_frames,
-            faults: run.faults.clone(),
-            fault_hook: None,
-            corrupted: [false; TOPICS_MAX],
-            heard: Vec::with_capacity(64),
-            heard_by_pacing: 0,
-            mode: telemetry::ModeState::Standby,
-            given_up: checkpoint.given_up,
-            id,
-            partition: Some(partition),
-            worker: None,
-            spare_outputs: Some(Outputs::default()),
-            away: None,
-            link,
-        };
-        runner.begin_orders(run, checkpoint.orders, is_fresh);
-        runner.outbox.reserve(id);
-        let bytes = runner.outbox.reserved_bytes() + STATE_BYTES;
-        runner.store.iter_mut().for_each(|store| store.reserve(bytes));
-        if let Some(pacing) = &mut runner.pacing {
-            runner.given_up.iter().for_each(|&id| pacing.lose(id));
-        }
-        if run.sabotage != Sabotage::NoOutbox {
-            runner.resend()?;
-        }
-        Ok(runner)
-    }
-
-    /// Lets drills act: called at every point where a fault of this run may strike.
-    pub fn with_fault_hook(mut self, hook: FaultHook) -> Self {
-        self.fault_hook = Some(hook);
-        self
-    }
-
-    /// Work that a frame leaves is done on a thread of its own from now on; the partition starts
-    /// its own ones.
-    pub fn work_beside(&mut self) {
-        if let Some(partition) = &mut self.partition {
-            partition.start_threads();
-        }
-        self.worker = Some(Worker::start());
-    }
-    /// Source: frames are due by the clock.
-    pub fn keep_time(&mut self, timetable: Timetable) {
-        self.timetable = Some(timetable);
-    }
     /// When frames are due, of a source that follows the clock.
     #[must_use]
     pub fn timetable(&self) -> Option<Timetable> {
         self.timetable
-    }
-    /// Notes frames, sends and checkpoints from now on.
-    pub fn trace_to(&mut self, trace: Trace) {
-        self.trace = Some(trace);
     }
     /// For waits, which are the caller's.
     pub fn trace_mut(&mut self) -> Option<&mut Trace> {
