@@ -44,7 +44,7 @@ impl Place {
     /// The program with its runs in this folder.
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_obsid"));
-        command.env("OBSID_ROOT", &self.0).env_remove("OBSID_LOG").current_dir(&self.0);
+        command.env("OBSID_ROOT", &self.0).current_dir(&self.0);
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }

@@ -96,7 +96,7 @@ impl World {
 
     fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
-        command.env("OBSID_ROOT", self.root()).env("TMPDIR", self.scratch()).env_remove("OBSID_LOG");
+        command.env("OBSID_ROOT", self.root()).env("TMPDIR", self.scratch());
         command.stdin(Stdio::null());
         command
     }

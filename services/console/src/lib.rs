@@ -195,12 +195,6 @@ enum Command {
 /// Parses the command line, carries the subcommand out, turns the outcome into an exit code.
 #[must_use]
 pub fn main() -> ExitCode {
-    tracing_subscriber::fmt()
-        .with_env_filter(tracing_subscriber::EnvFilter::from_env("OBSID_LOG"))
-        .with_writer(std::io::stderr)
-        // They would go to standard error, which may be what failed.
-        .log_internal_errors(false)
-        .init();
     keep_messages_on_one_line();
     runtime::sys::keep_own_rights();
     let result = match Arguments::parse().command {

@@ -70,7 +70,7 @@ impl Warden<'_> {
             ["WAITS", ..] => self.waits = line["WAITS".len()..].trim_start().to_string(),
             ["HANG", name, epoch, silent_ms] => self.end_hang(name, epoch, silent_ms.parse().unwrap_or(0.0)),
             ["SILENT", name] => self.end_silence(name),
-            _ => tracing::warn!(line, "the supervisor said something unknown"),
+            _ => crate::sys::tell(&format!("the supervisor said something unknown: {line}\n")),
         }
     }
 
