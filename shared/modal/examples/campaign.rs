@@ -1,7 +1,7 @@
 //! Monte Carlo figures: `campaign decay SEEDS [bias]`, `campaign ambient SEEDS`,
 //! `campaign twelve SEEDS`, `campaign random SEEDS`.
 
-#[path = "../tests/cases/mod.rs"]
+#[path = "../tests/laws/cases/mod.rs"]
 mod cases;
 
 use cases::TrueMode;

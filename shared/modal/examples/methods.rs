@@ -1,7 +1,7 @@
 //! Monte Carlo of every method on the free decay and the forced record of the appendage:
 //! `methods SEEDS`.
 
-#[path = "../tests/cases/mod.rs"]
+#[path = "../tests/laws/cases/mod.rs"]
 mod cases;
 
 use cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};

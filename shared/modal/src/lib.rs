@@ -99,7 +99,7 @@ pub mod stabilisation;
 pub mod streaming;
 pub mod stretch;
 #[cfg(test)]
-#[path = "../tests/cases/noise.rs"]
+#[path = "../tests/laws/cases/noise.rs"]
 mod test_noise;
 pub mod tones;
 pub mod tracking;

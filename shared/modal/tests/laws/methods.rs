@@ -1,10 +1,8 @@
 //! Claims on the list of methods: exact without noise, at the bound with it, and the right refusal
 //! where there is no answer.
 
-mod cases;
-
-use cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};
-use cases::noise::Noise;
+use crate::cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};
+use crate::cases::noise::Noise;
 use modal::drift::{of_halves, parts_by_likelihood, tracks};
 use modal::gram::output_gram;
 use modal::mac::modal_assurance_criterion;

@@ -1,10 +1,8 @@
 //! Claims on the short free decay of a hub with a flexible appendage (BP3A: 200 Hz, 10 channels,
 //! 800 samples, 3.16 µg/√Hz).
 
-mod cases;
-
-use cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};
-use cases::noise::Noise;
+use crate::cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};
+use crate::cases::noise::Noise;
 use modal::{Config, ModalError, ModalIdentifier, Mode};
 
 fn full_rate_only() -> Config {

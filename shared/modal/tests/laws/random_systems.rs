@@ -1,9 +1,7 @@
 //! Claims on seeded random structures the method has never seen: 1–6 modes, 1–12 channels, 5–2000
 //! Hz.
 
-mod cases;
-
-use cases::random_system::{Excitation, random_record};
+use crate::cases::random_system::{Excitation, random_record};
 use modal::{Config, ModalIdentifier};
 
 /// Modes present, found (within 3 %), reported beside those, and 95 % intervals that hold for

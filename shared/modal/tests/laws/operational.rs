@@ -1,8 +1,6 @@
 //! Laws of records as they are: gaps, tones, late channels.
 
-mod cases;
-
-use cases::noise::Noise;
+use crate::cases::noise::Noise;
 use modal::operational::{Evidence, Known, Operational, identify};
 use modal::record::Record;
 use modal::{Config, Mode};

@@ -1,9 +1,7 @@
 //! Shapes over seeds: their stated deviations are standard deviations, of one record and of several
 //! setups that share reference sensors.
 
-mod cases;
-
-use cases::noise::Noise;
+use crate::cases::noise::Noise;
 use modal::gram::output_gram;
 use modal::record::Record;
 use modal::setups::{Setup, SetupMode, merge, pre_scaled};

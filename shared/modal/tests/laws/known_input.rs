@@ -1,8 +1,6 @@
 //! Laws of modes with known input, in a loop and out of it.
 
-mod cases;
-
-use cases::noise::Noise;
+use crate::cases::noise::Noise;
 use modal::known_input::{Identified, identify};
 use modal::maximum_likelihood::Model;
 use modal::record::Record;

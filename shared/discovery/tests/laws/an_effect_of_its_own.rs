@@ -31,7 +31,7 @@ fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
 fn an_effect_that_only_this_test_knows_is_found_and_its_plant_is_written_and_read() {
     let entries: Vec<&'static Effect> = catalogue::EFFECTS.iter().copied().chain([&OWN]).collect();
     let catalogue = Catalogue::new(entries.leak());
-    let text = include_str!("../../../deploy/plants/pendulum.toml");
+    let text = include_str!("../../../../deploy/plants/pendulum.toml");
     let plant = plant_file::parse_with(catalogue, "pendulum", text).unwrap().plant;
     let joint = plant.sites(SiteKind::Joint)[0].clone();
     let mut hidden = plant.clone();
