@@ -76,3 +76,27 @@ fn a_run_that_flies_can_be_watched_from_elsewhere_and_its_end_is_said() {
     let nothing = world.obsid(&["top", "--once"]);
     assert_eq!(nothing.status.code(), Some(3), "{nothing:?}");
 }
+
+#[test]
+fn a_drill_finds_equal_digests_and_its_log_agrees_with_the_wardens() {
+    let world = World::new();
+    let faults = "kill,crash,corrupt,checkpoint,descriptors,disk";
+    let output = world.obsid(&["drill", "--kills", "6", "--faults", faults, "--speed", "40", "--json"]);
+    let drill: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for none in [
+        "digests_differing",
+        "undeclared_lost",
+        "torn",
+        "wedged",
+        "leaks",
+        "failed",
+        "log_disagreements",
+        "checkpoint_cuts_taken",
+    ] {
+        assert_eq!(drill[none], 0, "{none}: {drill}");
+    }
+    assert!(drill["kills"].as_u64().unwrap() >= 6 && drill["checkpoint_cuts"].as_u64().unwrap() > 1000, "{drill}");
+    assert_eq!(drill["by_fault"].as_array().unwrap().len(), faults.split(',').count(), "{drill}");
+    assert!(drill["recover_ms"]["p50"].as_f64().is_some(), "{drill}");
+    world.assert_nothing_left();
+}

@@ -3,6 +3,7 @@
 
 use crate::limits;
 use crate::world::{World, undisturbed};
+use rustix::process::Signal;
 
 fn is_found(hanging: &[&str], frame: u64) {
     let world = World::new();
@@ -44,4 +45,16 @@ fn a_supervisor_that_hangs_is_restarted_by_the_warden_and_the_digest_is_unchange
 #[test]
 fn an_estimator_that_hangs_while_nobody_watches_is_found_by_the_supervisor_that_comes_back() {
     is_found(&["slosh-id", "supervisor"], 700);
+}
+
+#[test]
+fn a_warden_that_hangs_is_noticed_by_the_console_and_the_run_ends_with_the_reason() {
+    let world = World::new();
+    let mut run = world.start(&["--speed", "5"]);
+    run.wait_for_housekeeping();
+    run.process("warden").signal(Signal::STOP);
+    let ended = run.end();
+    assert_eq!(ended.code, Some(1), "{ended}");
+    assert!(ended.failure().contains("the warden hung"), "{ended}");
+    world.assert_nothing_left();
 }

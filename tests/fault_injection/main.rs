@@ -22,7 +22,6 @@ mod recordings;
 mod rules;
 mod sabotage;
 mod scarcity;
-mod warden;
 mod world;
 
 use world::{World, undisturbed};

@@ -48,7 +48,7 @@ fn a_run_commanded_in_flight_while_its_supervisor_dies_is_repeated_by_its_record
     let (file, store) = (world.file("flight.mcap"), world.file("store"));
     std::fs::create_dir(&store).unwrap();
     let (file, store) = (file.to_str().unwrap(), store.to_str().unwrap());
-    let mut run = world.start(&["--record", file, "--keep", store, "--speed", "3", "--hang-ms", "60000"]);
+    let mut run = world.start(&["--record", file, "--keep", store, "--speed", "4", "--hang-ms", "60000"]);
     run.wait_for_housekeeping();
     let table = guards(&world, "safe_dwell_frames = 800");
     assert_eq!(obsid(&world, &["command", "ping", "all"])["state"], "executed");
@@ -111,7 +111,7 @@ fn a_flood_of_events_changes_no_result_and_every_event_is_sent_or_counted() {
     let world = World::new();
     let file = world.file("flight.mcap");
     // Two windows of a second at least.
-    let ended = world.run(&["--flood", "slosh-id@100", "--speed", "8", "--record", file.to_str().unwrap()]);
+    let ended = world.run(&["--flood", "slosh-id@100", "--speed", "15", "--record", file.to_str().unwrap()]);
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(ended.digest(), undisturbed().digest);
     let recorded = recording::read_mcap(&file).unwrap();
