@@ -204,14 +204,23 @@ fn shuffled(seed: u64) -> Vec<String> {
     order
 }
 
-#[test]
-fn what_the_units_start_gives_the_same_results_in_any_order_of_start() {
+fn give_the_same_results(orders: impl Iterator<Item = u64>) {
     let expected = lockstep();
-    for seed in 0..ORDERS {
+    for seed in orders {
         let order = shuffled(seed);
         let (digest, _) = Manager::new().fly(&order, None);
         assert_eq!(digest, expected, "{order:?}");
     }
+}
+
+#[test]
+fn units_give_the_same_results_in_any_order_of_start() {
+    give_the_same_results((0..ORDERS).step_by(2));
+}
+
+#[test]
+fn units_give_the_same_results_in_other_orders_of_start() {
+    give_the_same_results((1..ORDERS).step_by(2));
 }
 
 #[test]
