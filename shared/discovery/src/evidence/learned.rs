@@ -12,10 +12,10 @@
 //! the law nor for its rival.
 
 use super::horizon::Horizons;
-use super::model::{Ground, Model};
+use super::model::{Ground, Model, session_of};
 use super::noise::Linearly;
 use super::temper::Instants;
-use super::timing::{as_seen, shift_of};
+use super::timing::as_seen;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::{Problem, Unknown};
@@ -44,10 +44,9 @@ pub(super) fn learned(
     model: &Model,
     at: &At<'_>,
 ) -> Option<f64> {
-    let problem = told(other, model);
+    let problem = about_estimates(other, model);
     let begun = begun(&problem, at.own);
-    let session = EstimationSession::like_at(blank, &problem, Some(&begun)).ok()?;
-    let session = if shift_of(&model.set).is_some() { session.in_parts(session.parts).ok()? } else { session };
+    let session = session_of(Ground { session: blank }, &model.set, &problem, &begun)?;
     let precision = known_precision(ground, model, &problem.unknowns)?;
     let more = &precision - DMatrix::identity(precision.nrows(), precision.nrows());
     let price = |x: &DVector<f64>| 0.5 * x.dot(&(&precision * x));
@@ -98,10 +97,9 @@ pub(super) fn with_parameters(
     model: &Model,
     at: &At<'_>,
 ) -> Option<Horizons> {
-    let problem = told(other, model);
+    let problem = about_estimates(other, model);
     let begun = begun(&problem, at.own);
-    let session = EstimationSession::like_at(blank, &problem, Some(&begun)).ok()?;
-    let session = if shift_of(&model.set).is_some() { session.in_parts(session.parts).ok()? } else { session };
+    let session = session_of(Ground { session: blank }, &model.set, &problem, &begun)?;
     let mut linearised = LinearisedProblem::new(&session, &problem.plant, &begun, at.noise).ok()?;
     linearised.take_jacobian(&session, &problem.plant, &begun);
     let is_shared = |i: &usize| !at.own.0.iter().any(|own| own.name == problem.unknowns[*i].name);
@@ -121,7 +119,7 @@ pub(super) fn with_parameters(
 }
 
 /// `other` with the plant of `model`, its shared numbers about their estimates.
-fn told(other: &Problem, model: &Model) -> Problem {
+fn about_estimates(other: &Problem, model: &Model) -> Problem {
     let mut plant = model.problem.plant.clone();
     let unknowns = &model.problem.unknowns;
     plant.visit_quantities(&mut |name, _, quantity| {

@@ -102,7 +102,7 @@ pub(super) fn key(set: &[Hypothesis], problem: &Problem) -> String {
 }
 
 /// A session of the recordings with `problem`'s plant, inputs as `set` has them.
-fn session_of<'m>(
+pub(super) fn session_of<'m>(
     ground: Ground<'_>,
     set: &[Hypothesis],
     problem: &'m Problem,

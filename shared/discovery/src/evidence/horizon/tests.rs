@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::noise::Noise;
+use crate::synthetic::{plant, problem, recording};
+use identification::fit::LinearisedProblem;
 
 const SAMPLES: usize = 2000;
 
@@ -48,4 +50,33 @@ fn noise_of_readings_that_remembers_is_no_misfit() {
 fn a_misfit_of_a_tenth_of_the_variance_of_white_noise_is_felt() {
     assert!(felt(1.0, |white| white.iter().map(|r| 1.1 * r).collect()) > 190);
     assert!(felt(0.0, |white| white.iter().map(|r| r + 0.4).collect()) > 190);
+}
+
+/// Distances of the plant with a parameter moved, run anew, beside the columns that say so to first
+/// order.
+#[test]
+fn what_a_parameter_gives_a_distance_is_what_the_plant_gives_that_has_it_moved() {
+    let plant = plant("pendulum");
+    let problem = problem(&plant, recording(&plant, 5, 6.0));
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let theta = session.prior();
+    let at = |theta: &[f64]| LinearisedProblem::new(&session, &plant, theta, &session.noise).unwrap();
+    let mut linearised = at(&theta);
+    linearised.take_jacobian(&session, &plant, &theta);
+    let of = |own: &LinearisedProblem| Horizons::new(&session, &own.linears, &session.noise, &session.noise).unwrap();
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        let share = 0.01;
+        let column: Vec<f64> = linearised.jacobian[k].iter().map(|c| share * c).collect();
+        let before = of(&linearised);
+        let after = before.clone().with_parameters(&session, &linearised.linears, &session.noise, &[column]).unwrap();
+        let mut moved = theta.clone();
+        moved[k] += share * unknown.sigma;
+        let again = of(&at(&moved));
+        for ((before, after), again) in before.lengths.iter().zip(&after.lengths).zip(&again.lengths) {
+            let sum = |squares: &mut dyn Iterator<Item = f64>| squares.filter(|square| square.is_finite()).sum::<f64>();
+            let said = sum(&mut after.variance.iter().zip(&before.variance).map(|(after, before)| after - before));
+            let run = sum(&mut again.residual.iter().zip(&before.residual).map(|(b, a)| (b - a) * (b - a)));
+            assert!((said / run - 1.0).abs() < 0.1, "{} over {} s: {said} {run}", unknown.name, before.window_s);
+        }
+    }
 }
