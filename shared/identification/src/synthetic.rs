@@ -16,6 +16,8 @@ pub fn plant(name: &str) -> Plant {
         "tank_planar" => include_str!("../../../deploy/plants/tank_planar.toml"),
         "hub_appendage" => include_str!("../../../deploy/plants/hub_appendage.toml"),
         "study_case" => include_str!("../../../deploy/plants/study_case.toml"),
+        "damper_rig" => include_str!("../../../deploy/plants/damper_rig.toml"),
+        "ball_drop" => include_str!("../../../deploy/plants/rigs/ball_drop.toml"),
         "six_joint_arm" => include_str!("../../../deploy/plants/rigs/six_joint_arm.toml"),
         other => panic!("no plant {other}"),
     };

@@ -181,8 +181,7 @@ pub(super) fn settled(
 ) -> Option<Model> {
     let session = session_of(ground, set, &problem, &start)?;
     let prior = NoisePrior::new(ground.session, set);
-    let mut noise = prior.begun(noise);
-    let (mut theta, mut objective) = (theta.to_vec(), f64::INFINITY);
+    let (mut theta, mut noise) = (theta.to_vec(), prior.begun(noise));
     let mut best: Option<(Fit, NoiseModel, f64)> = None;
     let work = &session.work;
     let mut turn = 0.0;
@@ -192,18 +191,18 @@ pub(super) fn settled(
         }
         let begun = work.spent();
         let found = fit(&session, &problem.plant, &theta, &noise, ROUNDS).ok()?;
+        // what a linear problem promises beside its own point counts where a fit confirms it
+        let here = found.objective + prior.price(&noise);
         let (extra, room) = (&[][..], &[][..]);
         let linear = Linearly { session: &session, linearised: &found.linearised, theta: &found.theta, extra, room };
         let own = linear.settled(&noise, &prior)?;
-        let gained = objective - own.objective;
         theta.clone_from(&found.theta);
-        noise.clone_from(&own.noise);
-        if best.as_ref().is_none_or(|(.., least)| own.objective < *least) {
-            best = Some((found, own.noise, own.objective));
+        let known = core::mem::replace(&mut noise, own.noise);
+        if best.as_ref().is_none_or(|(.., least)| here < *least) {
+            best = Some((found, known, here));
         }
-        objective = objective.min(own.objective);
         turn = work.spent() - begun;
-        if gained < SETTLED {
+        if here - own.objective < SETTLED {
             break;
         }
     }

@@ -4,12 +4,13 @@
 //! commands, gravity, springs, and what the readings say beyond the plant, which may be all that
 //! drives a body that coasts. The innovations' change when these pushes are added through the
 //! frozen filter is compared with the effect's column, both in stated standard deviations of the
-//! sensors. For an error of a reading it is the channel's own variation that is added.
+//! sensors. For an error of a reading it is the channel's own variation that is added. Along an
+//! imposed motion nothing is driven: there the readings of loads say what acts.
 
 use super::decide::AMPLITUDE_SCALE;
 use crate::score::Column;
 use crate::score::forcing::{Sources, respond};
-use dynamics::description::{Plant, SiteKind};
+use dynamics::description::{Plant, SensorKind, SiteKind};
 use identification::filter::Linear;
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Timeline;
@@ -36,7 +37,11 @@ impl Drive {
             squares.sum::<f64>().sqrt()
         };
         let readings = (0..plant.sensors.len()).map(|channel| size(&|linear, own| reading(linear, own, channel)));
-        Self { motion: size(&pushes), readings: readings.collect() }
+        let readings: Vec<f64> = readings.collect();
+        let is_imposed = plant.actuators.iter().any(|actuator| actuator.kind.is_imposed());
+        let loads = plant.sensors.iter().zip(&readings).filter(|(sensor, _)| is_imposed && is_load(&sensor.kind));
+        let motion = loads.fold(size(&pushes), |sum: f64, (_, own)| sum.hypot(*own));
+        Self { motion, readings }
     }
 
     /// Prior standard deviation of the amplitude of `column`; `None` where nothing drives or
@@ -57,6 +62,11 @@ impl Drive {
         let scale = AMPLITUDE_SCALE * own / felt;
         (scale.is_finite() && scale > 0.0).then_some(scale)
     }
+}
+
+/// It reads what acts, not what moves.
+fn is_load(kind: &SensorKind) -> bool {
+    matches!(kind, SensorKind::JointTorque { .. } | SensorKind::Force { .. } | SensorKind::Torque { .. })
 }
 
 /// Every interval's change of the rates that noise inputs move.

@@ -107,6 +107,37 @@ fn floors_of_disturbances_hide_no_force_that_lasts() {
     assert!(whole > 1.3 * none, "{whole} {none}");
 }
 
+/// Free fall of a ball that the air slows, by a camera whose scale is uncertain: far from the mode
+/// the linear problem promises what no fit confirms.
+#[test]
+fn what_a_model_is_worth_stands_when_it_is_fitted_again_from_its_own_end() {
+    let nominal = plant("ball_drop");
+    let truth = with_effect(&nominal, "quadratic_drag", "body:ball", &[("coefficient", 0.008)]);
+    let problem = Problem::new(&nominal, &[recording(&truth, 5, 3.0)], &[]).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let ground = Ground { session: &session };
+    let alone = bare(&session, &crate::diagnose::nominal(&session, &Options::default()).unwrap()).unwrap();
+    let disturbed = disturbed::of_disturbances(ground, &alone).into_iter().filter_map(|own| {
+        let begin = model::Begin { noise: &own.noise, ..alone.begin() };
+        model::fitted(ground, &own.set, begin, f64::INFINITY)
+    });
+    for first in disturbed.chain([alone.clone()]) {
+        let (start, theta) = (first.start.clone(), &first.fit.theta[..]);
+        let again = model::settled(ground, &first.set, first.problem.clone(), (start, theta), &first.noise).unwrap();
+        let changed = again.log_marginal - first.log_marginal;
+        assert!(changed.abs() < 0.1, "{}: {changed}", first.key());
+    }
+}
+
+#[test]
+fn dry_friction_is_named_where_a_load_is_read_along_an_imposed_motion() {
+    let nominal = plant("damper_rig");
+    let truth = with_effect(&nominal, "joint_coulomb", "joint:stroke", &[("force", 20.0)]);
+    let found = diagnosed(&nominal, recording(&truth, 5, 4.0), Some(recording(&truth, 6, 4.0)));
+    let names: Vec<_> = found.effects.iter().map(|own| (&*own.kind, own.probability)).collect();
+    assert!(matches!(names[..], [("joint_coulomb", _)]), "{names:?} {}", found.reason);
+}
+
 /// Every command stands one row too late in the log.
 #[test]
 fn commands_that_are_logged_late_are_a_matter_of_timing_and_no_physics() {
