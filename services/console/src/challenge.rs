@@ -44,8 +44,8 @@ pub struct Arguments {
     /// Cases at a time
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
-    /// How the cases are decided: by tests one after another, or by one comparison in nats
-    /// (experimental)
+    /// How the cases are decided: by one comparison in nats, or by tests one after another, as
+    /// before
     #[arg(long, value_enum, default_value_t)]
     engine: EngineWord,
     /// Write every case to this file: sealed digests first, everything at the end

@@ -94,7 +94,7 @@ pub struct Arguments {
     /// evidence)
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
     worth: f64,
-    /// How it is decided: by tests one after another, or by one comparison in nats (experimental)
+    /// How it is decided: by one comparison in nats, or by tests one after another, as before
     #[arg(long, value_enum, default_value_t)]
     engine: EngineWord,
     /// One line on standard error for each phase, also where it is no terminal

@@ -5,11 +5,11 @@ use discovery::engine::Engine;
 /// How a diagnosis is decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum EngineWord {
-    /// Tests one after another
+    /// One comparison of hypotheses in nats
     #[default]
-    Cascade,
-    /// One comparison of hypotheses in nats; experimental
     Evidence,
+    /// Tests one after another, the way of before: to compare with
+    Cascade,
 }
 
 impl EngineWord {

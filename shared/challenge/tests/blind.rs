@@ -25,7 +25,7 @@ fn run(cases: u64, threads: usize) -> (Vec<Opened>, Vec<String>) {
         seconds: &|| 0.0,
         sealed: &mut |sealed| digests = sealed.iter().map(|sealed| sealed.digest.clone()).collect(),
     };
-    let opened = campaign(cases, (11, Draws::Blind), (threads, Engine::Cascade), &mut watch).unwrap();
+    let opened = campaign(cases, (11, Draws::Blind), (threads, Engine::default()), &mut watch).unwrap();
     assert_eq!(*told.lock().unwrap(), (cases as usize, cases as usize));
     (opened, digests)
 }

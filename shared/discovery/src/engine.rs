@@ -7,11 +7,11 @@ use identification::problem::Problem;
 /// A way of deciding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Engine {
-    /// Tests one after another ([`crate::diagnose`]).
+    /// One comparison of hypotheses in nats ([`crate::evidence`]).
     #[default]
-    Cascade,
-    /// One comparison of hypotheses in nats ([`crate::evidence`]); experimental.
     Evidence,
+    /// Tests one after another ([`crate::diagnose`]): the way of before, to compare with.
+    Cascade,
 }
 
 impl Engine {

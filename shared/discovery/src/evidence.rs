@@ -1,5 +1,4 @@
-//! The decision as one comparison of hypotheses, in nats; experimental, beside the cascade of
-//! [`crate::diagnose`].
+//! The decision as one comparison of hypotheses, in nats.
 //!
 //! A hypothesis is a way in which the nominal plant is wrong: an effect at a site, the same law at
 //! all like sites, coloured noise, a number in conflict with its file, inputs shifted by a share of
@@ -91,7 +90,6 @@ fn run(
     let goes_on = session.work.goes_on(Phase::UnknownLaw.words());
     let law = if goes_on { law::missing(Ground { session: &own }, &pool) } else { None };
     let mut notes = problem.notes.clone();
-    notes.push("decided by evidence, which is experimental".to_owned());
     if pool.parts > 1 {
         notes.push(format!("steps of integration were taken in {} parts until evidence stood", pool.parts));
     }

@@ -2,10 +2,10 @@
 //! experiment.
 //!
 //! What it is: every effect of the catalogue scored at every site (`score`), sets of effects
-//! compared by likelihood (`compete`), the whole sequence from a nominal fit to a verdict
-//! (`diagnose`), that decision as one comparison in nats (`evidence`, experimental; `engine`
-//! chooses), the same from modes instead of time series (`features`), laws outside the
-//! catalogue (`unknown_law`), an omnibus test of the residuals (`omnibus`), wrong channel metadata
+//! compared by likelihood (`compete`), the decision as one comparison in nats (`evidence`), by
+//! tests one after another, as before (`diagnose`; `engine` chooses), from modes instead of time
+//! series (`features`), laws outside the catalogue (`unknown_law`), an omnibus test of the
+//! residuals (`omnibus`), wrong channel metadata
 //! (`mislabelled`, `against_plant`), the experiment that separates two effects (`next_experiment`).
 //!
 //! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `dynamics`,
