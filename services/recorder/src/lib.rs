@@ -337,3 +337,6 @@ impl Recorder {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -66,9 +66,13 @@ mod matlab_elements;
 #[cfg(feature = "foreign")]
 mod matlab_values;
 mod mcap_channels;
+mod mcap_chunk;
 mod mcap_format;
 mod mcap_read;
+mod mcap_recorder;
+mod mcap_records;
 mod mcap_series;
+mod mcap_summary;
 #[cfg(feature = "foreign")]
 mod messages;
 #[cfg(feature = "foreign")]
@@ -131,7 +135,8 @@ pub use error::{MapPlace, Place, RecordingError};
 pub use function_kind::FunctionKind;
 pub use intake::{Assignment, Intake, ListedChannel, ListedDataset, TimeColumn};
 pub use map::ChannelMap;
-pub use mcap_format::{McapRecorder, Recovered, write_mcap};
+pub use mcap_format::write_mcap;
+pub use mcap_recorder::{McapRecorder, Recovered};
 pub use mcap_series::write_series_mcap;
 pub use replay::{ReplayFrames, ReplaySample};
 pub use run::{Attachment, RecordedRun, RecordedSample, read_mcap, read_mcap_topics};

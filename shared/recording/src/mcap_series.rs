@@ -11,8 +11,8 @@
 //! and two samples of a channel within one nanosecond, are rejected: CSV holds them.
 
 use crate::error::RecordingError;
-use crate::mcap_format::{write_error, write_options};
 use crate::mcap_read::{Entry, read_entries};
+use crate::mcap_recorder::{LIBRARY, PROFILE};
 use crate::run::RecordedRun;
 use crate::schema::{SCALAR_NAME, SCALAR_TEXT, UNIT};
 use crate::series::{SeriesSet, check, for_each_time};
@@ -65,6 +65,25 @@ fn write_messages(recording: &Recording, out: impl Write) -> mcap::McapResult<()
         Ok::<(), mcap::McapError>(())
     })?;
     writer.finish().map(|_| ())
+}
+
+/// Chunks are compressed by one thread and written whole: the same samples give the same bytes.
+fn write_options() -> mcap::WriteOptions {
+    mcap::WriteOptions::new()
+        .profile(PROFILE)
+        .library(LIBRARY)
+        .disable_seeking(true)
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+}
+
+fn write_error(path: &Path, error: mcap::McapError) -> RecordingError {
+    let source = match error {
+        mcap::McapError::Io(source) => source,
+        other => std::io::Error::other(other.to_string()),
+    };
+    RecordingError::Io { file: file_name(path), action: "write", reason: source }
 }
 
 /// A checked time; what reads back is `ns / 1e9`.

@@ -13,6 +13,7 @@ mod foreign_messages;
 mod foreign_rows;
 mod intake;
 mod loggers;
+mod mcap_bytes;
 mod mcap_files;
 mod others;
 mod real_recordings;
