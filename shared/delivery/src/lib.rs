@@ -52,7 +52,8 @@ pub use peer::{Counts, Identity, Peer, Refusal};
 pub type StreamId = u16;
 
 /// Streams from this number on are those of an end itself, not of a producer behind it: each life
-/// of the end numbers them from 1 again.
+/// of the end numbers them from 1 again. They go first on the line and come out of it first: a
+/// command waits for no flood of samples.
 pub const OWN_STREAMS: StreamId = 0x8000;
 
 /// Samples of a stream that are on their way at a time: at most so many wait at the far end for

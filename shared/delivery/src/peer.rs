@@ -1,10 +1,10 @@
 //! One end of the line.
 
-use crate::StreamId;
 use crate::inbound::{Arrival, Inbound, Incoming};
 use crate::message::{Mark, Message, Origin, PROTOCOL};
 use crate::outbound::Outbound;
 use crate::round_trip::RoundTrip;
+use crate::{OWN_STREAMS, StreamId};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Between two greetings \[ms\].
@@ -137,7 +137,7 @@ impl Peer {
                         Arrival::Lost { from, to, .. } => counts.lost = counts.lost.saturating_add(to - from + 1),
                         Arrival::Begun(_) => {}
                     }
-                    arrivals.push_back(arrival);
+                    arrivals.insert(place_of(stream, arrivals), arrival);
                 };
                 let repeated = inward.take(Incoming { number, sent_ms, first, before, mark, payload }, &mut out);
                 self.counts.repeated += repeated;
@@ -206,7 +206,8 @@ impl Peer {
             send(Message::Hello { protocol, life, finished, origin, generation, layouts }.to_bytes());
         }
         let Some(far) = self.far.filter(|_| self.refusal.is_none()) else { return };
-        for (&stream, inward) in &mut self.inward {
+        // The ends' own streams are the last ones and go first: a full line drops what comes last.
+        for (&stream, inward) in self.inward.iter_mut().rev() {
             let Some(echo_ms) = inward.owes.take() else { continue };
             let (by, through, held) = (self.life, inward.through(), inward.held());
             send(Message::Received { by, life: far, stream, through, held, echo_ms }.to_bytes());
@@ -217,10 +218,11 @@ impl Peer {
             counts.resent += u64::from(again);
             send(message.to_bytes());
         };
-        self.out.values_mut().for_each(|out| out.tick(self.life, now_ms, &self.line, &mut send));
+        self.out.values_mut().rev().for_each(|out| out.tick(self.life, now_ms, &self.line, &mut send));
     }
 
-    /// What has come out of the line and was not taken yet, in order for every stream.
+    /// What has come out of the line and was not taken yet, in order for every stream; of the far
+    /// end's own streams before what waits of its producers.
     pub fn next_arrival(&mut self) -> Option<Arrival> {
         self.arrivals.pop_front()
     }
@@ -259,4 +261,17 @@ impl Peer {
     pub fn counts(&self) -> Counts {
         self.counts
     }
+}
+
+/// Where the next arrival of `stream` stands among those that wait: of an own stream behind the
+/// last one of these, and behind the beginning of its origin.
+fn place_of(stream: StreamId, waiting: &VecDeque<Arrival>) -> usize {
+    if stream < OWN_STREAMS {
+        return waiting.len();
+    }
+    let goes_before = |arrival: &Arrival| match arrival {
+        Arrival::Begun(_) => true,
+        Arrival::Sample { stream, .. } | Arrival::Lost { stream, .. } => *stream >= OWN_STREAMS,
+    };
+    waiting.iter().rposition(goes_before).map_or(0, |last| last + 1)
 }

@@ -268,6 +268,40 @@ fn the_own_stream_of_an_end_is_numbered_anew_by_its_next_life() {
     assert_eq!(pair.far.counts().lost, 0);
 }
 
+/// A line that takes few messages at a time, and a flood that waits on both sides of it.
+#[test]
+fn a_sample_of_an_own_stream_passes_every_sample_of_a_producer_that_waits() {
+    for takes in [4, 40, 400] {
+        let mut near = Peer::new(1, origin(1), identity(), 1000);
+        let mut far = Peer::new(2, origin(2), identity(), 1000);
+        let mut seen = Vec::new();
+        for round in 0..100 {
+            for stream in 0..STREAMS {
+                for k in 1..=20 {
+                    let mark = Mark { epoch: 0, seq: 20 * round + k };
+                    near.offer(stream, mark, payload(stream, mark));
+                }
+            }
+            if round % 10 == 9 {
+                near.offer(OWN_STREAMS + 1, Mark { epoch: 0, seq: round / 10 + 1 }, vec![9]);
+            }
+            let mut line = Vec::new();
+            near.tick(round * LOOK_MS, |message| line.push(message));
+            line.truncate(takes);
+            line.drain(..).for_each(|message| far.hear(&message, round * LOOK_MS));
+            far.tick(round * LOOK_MS, |message| line.push(message));
+            line.truncate(takes);
+            line.drain(..).for_each(|message| near.hear(&message, round * LOOK_MS));
+            // Handed on few at a time, too.
+            seen.extend((0..2).filter_map(|_| far.next_arrival()).map(|arrival| (round, arrival)));
+        }
+        assert!(matches!(seen[0].1, Arrival::Begun(_)));
+        let is_own = |arrival: &Arrival| matches!(arrival, Arrival::Sample { stream, .. } if *stream > OWN_STREAMS);
+        let own: Vec<u64> = seen.iter().filter(|(_, arrival)| is_own(arrival)).map(|(round, _)| *round).collect();
+        assert_eq!(own, (0..10).map(|k| 10 * k + 9).collect::<Vec<_>>(), "in the round it was offered in, {takes}");
+    }
+}
+
 #[test]
 fn what_was_lost_before_the_line_is_declared_by_the_number_of_its_producer() {
     let mut pair = Pair::new(1, Faults::default(), 8);
