@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// Opcode and length.
 pub(crate) const RECORD_HEADER: usize = 9;
 
-/// Records as bytes. Takes no memory that it was given at the beginning.
+/// Records as bytes.
 #[derive(Default)]
 pub(crate) struct Records(Vec<u8>);
 
