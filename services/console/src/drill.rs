@@ -18,12 +18,15 @@ use std::fmt::Write as _;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tally::{ByFault, Tally, Verdict};
 use telemetry::TOPICS;
 
 /// Share of the cores that may be busy before the drill for times to count.
 const IDLE_LOAD_PER_CORE: f64 = 0.3;
+
+/// Where standard error is no terminal, what the drill has come to is said so often.
+const SAY_EVERY: Duration = Duration::from_secs(60);
 
 /// Inject faults into real runs and compare the results with the undisturbed ones
 #[derive(clap::Args)]
@@ -36,7 +39,7 @@ const IDLE_LOAD_PER_CORE: f64 = 0.3;
 Exit code 1 when a requirement is not met: equal digests, nothing lost without being declared, nothing torn, no run
 wedged or failed, nothing left behind, the warden's log equal to the injector's; on a computer that is otherwise idle
 also the times of detection and recovery. Times of strikes are drawn from the seed; what a process does at that
-moment is not.")]
+moment is not. An interrupted drill reports what it has come to.")]
 pub struct Arguments {
     /// Scenario file; without one the benchmark's short one (deploy/scenarios/short.toml, built in)
     scenario: Option<PathBuf>,
@@ -105,8 +108,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         runs: 0,
     };
     drill.campaign(&kinds, &interrupted)?;
-    drill.report(idle)?;
-    if interrupted.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(()) }
+    let interrupted = interrupted.load(Ordering::Relaxed);
+    drill.report(idle, interrupted)?;
+    if interrupted { Err(Failure::Interrupted) } else { Ok(()) }
 }
 
 /// Of one minute, over the number of cores.
@@ -152,6 +156,7 @@ struct Drill<'a> {
 impl Drill<'_> {
     fn campaign(&mut self, kinds: &[Kind], interrupted: &AtomicBool) -> Result<(), Failure> {
         let (started, bar) = (Instant::now(), bar(self.arguments.kills));
+        let mut said = Instant::now();
         let period_s = self.scenario.config.period_ns as f64 * 1e-9;
         let flight_us = (self.reference.frames as f64 * period_s / self.arguments.speed * 1e6) as u64;
         let is_over = |drill: &Self| match self.arguments.minutes {
@@ -164,9 +169,19 @@ impl Drill<'_> {
             bar.set_message(format!("run {}: {}", self.runs + 1, plan.kind.word()));
             self.fly(&plan, interrupted)?;
             bar.set_position(self.all.kills);
+            if bar.is_hidden() && said.elapsed() >= SAY_EVERY {
+                said = Instant::now();
+                crate::tell(&self.so_far(started.elapsed()));
+            }
         }
         bar.finish_and_clear();
         Ok(())
+    }
+
+    fn so_far(&self, elapsed: Duration) -> String {
+        let (minutes, all) = (elapsed.as_secs() / 60, &self.all);
+        let faults = all.digests_differing + all.undeclared_lost + all.torn + all.wedged + all.leaks + all.failed;
+        format!("drill: {minutes} min, {} runs, {} kills, {faults} times a result shows a fault", self.runs, all.kills)
     }
 
     fn fly(&mut self, plan: &RunPlan, interrupted: &AtomicBool) -> Result<(), Failure> {
@@ -238,7 +253,7 @@ impl Drill<'_> {
         }
     }
 
-    fn report(&self, idle: bool) -> Result<(), Failure> {
+    fn report(&self, idle: bool, interrupted: bool) -> Result<(), Failure> {
         let requirements = self.all.requirements(idle);
         let unmet: Vec<String> =
             requirements.iter().filter(|(.., met)| !met).map(|(name, value, _)| format!("{name} {value}")).collect();
@@ -246,6 +261,7 @@ impl Drill<'_> {
             let mut object = self.all.json();
             object["seed"] = json!(self.arguments.seed);
             object["idle"] = json!(idle);
+            object["interrupted"] = json!(interrupted);
             object["by_fault"] = self.by.iter().map(|(kind, tally)| by_fault(*kind, tally)).collect();
             object["requirements"] = requirements
                 .iter()

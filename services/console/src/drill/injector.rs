@@ -101,6 +101,8 @@ pub fn fly(run: &RunConfig, plan: &RunPlan, scratch: &Scratch, interrupted: &Ato
     let Injector { warden, folder, alive, mut flown, .. } = injector;
     flown.end = warden.end(scratch);
     drop(hogs);
+    // Ctrl-C reaches the warden, too, which may end before this end of the pipe sees it.
+    flown.interrupted |= interrupted.load(Ordering::Relaxed);
     flown.leaks += alive.values().filter(|process| !process.is_dead()).count() as u64;
     flown.leaks += folder.map_or(0, |folder| left_behind(&folder, plan.kind));
     Ok(flown)
