@@ -7,6 +7,7 @@
 mod deaths;
 mod hangs;
 mod launcher;
+mod looks;
 mod pipe;
 mod report;
 mod ward;
@@ -214,15 +215,13 @@ impl<'a> Warden<'a> {
         }
     }
 
-    /// The supervisor first and alone, until it has made the services; then whoever is due.
+    /// The supervisor first and alone, until it has made the services; then whoever is due, one at
+    /// a time: a death while others are being started is noticed before the next start.
     fn start_due(&mut self) -> Result<(), String> {
-        let folder = self.owned.dir().path().to_path_buf();
-        for index in 0..self.wards.len() {
+        let is_due = |ward: &Ward| ward.due(self.services_exist).is_some_and(|due| due <= Instant::now());
+        if let Some(index) = self.wards.iter().position(is_due) {
+            let folder = self.owned.dir().path().to_path_buf();
             let ward = &mut self.wards[index];
-            let due = matches!(ward.state, State::Waiting { until } if until <= Instant::now());
-            if !due || (ward.id != PartitionId::Supervisor && !self.services_exist) {
-                continue;
-            }
             let fail = |error: std::io::Error| format!("{}: cannot start: {error}", ward.id);
             let child = self
                 .launcher
@@ -256,7 +255,9 @@ impl<'a> Warden<'a> {
                 fds.extend(child.stdout.as_ref().map(|pipe| PollFd::new(pipe, PollFlags::IN)));
             }
         }
-        let timeout = Timespec { tv_sec: 0, tv_nsec: TICK.as_nanos() as i64 };
+        let due = self.wards.iter().filter_map(|ward| ward.due(self.services_exist)).min();
+        let patience = due.map_or(TICK, |due| due.saturating_duration_since(Instant::now()).min(TICK));
+        let timeout = Timespec { tv_sec: 0, tv_nsec: patience.as_nanos() as i64 };
         self.alertness.sleeps();
         let woken = poll(&mut fds, Some(&timeout));
         self.alertness.wakes(monotonic_ns());

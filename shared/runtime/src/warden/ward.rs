@@ -1,5 +1,6 @@
 //! One partition in the warden's care: its process, its deaths, the figures of all its lives.
 
+use super::looks::Looks;
 use super::window::{self, Window};
 use crate::config::PartitionLimits;
 use crate::deaths::DeathLog;
@@ -51,9 +52,7 @@ pub(super) struct Ward {
     pub hung_ms: Option<f64>,
     /// Of the lives that are over, and of the present one as last looked at.
     past: LifeFigures,
-    /// Waiting and running time of its process when it was last silent \[s\].
-    waited_s: f64,
-    ran_s: f64,
+    looks: Looks,
     starved_at: Option<Instant>,
     starved_times: u32,
     /// Its last life ended by a fault of its own, and nothing was made of it.
@@ -77,8 +76,7 @@ impl Ward {
             cause: 0,
             hung_ms: None,
             past: LifeFigures::default(),
-            waited_s: 0.0,
-            ran_s: 0.0,
+            looks: Looks::default(),
             starved_at: None,
             starved_times: 0,
             failed: false,
@@ -114,6 +112,7 @@ impl Ward {
     pub fn look(&mut self) {
         let Some(mut now) = self.pid().and_then(Usage::of) else { return };
         now.keep_sizes(&self.usage);
+        self.looks.note(Instant::now(), &now);
         self.usage = now;
     }
 
@@ -133,8 +132,10 @@ impl Ward {
     /// window, sleeps or is stopped is not starved.
     pub fn is_starved(&mut self, pid: u32, silent_ms: f64) -> bool {
         let now = Usage::of(pid).unwrap_or_default();
-        let waited_before_s = core::mem::replace(&mut self.waited_s, now.wait_s).max(self.usage.wait_s);
-        let ran_before_s = core::mem::replace(&mut self.ran_s, now.run_s).max(self.usage.run_s);
+        let silence = Duration::try_from_secs_f64(silent_ms * 1e-3).ok();
+        let since = silence.and_then(|silence| Instant::now().checked_sub(silence));
+        let (waited_before_s, ran_before_s) = self.looks.before(since);
+        self.looks.note(Instant::now(), &now);
         let is_kept_waiting = (now.wait_s - waited_before_s) * 1e3 > STARVED_SHARE * silent_ms;
         let ran_ms = (now.run_s - ran_before_s) * 1e3;
         let is_throttled =
@@ -143,6 +144,12 @@ impl Ward {
         let again = self.starved_at.replace(Instant::now()).is_some_and(|at| at.elapsed() < STARVED_AGAIN);
         self.starved_times = if again { self.starved_times + 1 } else { 1 };
         starved && self.starved_times <= STARVED_TIMES_MAX
+    }
+
+    /// When its next life begins: it waits for that.
+    pub fn due(&self, services_exist: bool) -> Option<Instant> {
+        let State::Waiting { until } = self.state else { return None };
+        (self.id == PartitionId::Supervisor || services_exist).then_some(until)
     }
 
     /// What its process has left of this life.
@@ -161,9 +168,8 @@ impl Ward {
             // A life that came to a fresh frame had what it needs.
             self.failed &= figures.fresh_ns.is_none();
         }
-        (self.has_window, self.ran_s) = (false, 0.0);
+        (self.has_window, self.looks) = (false, Looks::default());
         self.past_usage.add(&core::mem::take(&mut self.usage));
-        self.waited_s = 0.0;
     }
 
     /// Wait before its next life \[ms\]: a back-off breaks a loop of starts that fail, and a life
