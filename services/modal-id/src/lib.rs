@@ -226,7 +226,8 @@ impl ModalId {
             self.begin_record(available, batch.interval_ns);
         }
         let used = self.state.channels.len();
-        let unlike = available != self.state.available && self.known.channels_of(available) != self.state.channels;
+        let unlike = available != self.state.available
+            && !self.known.channels_of(available).eq(self.state.channels.iter().copied());
         if self.state.identifier.is_none() || unlike {
             return;
         }
@@ -240,7 +241,7 @@ impl ModalId {
     }
 
     fn begin_record(&mut self, available: usize, interval_ns: u64) {
-        let channels = self.known.channels_of(available);
+        let channels: Vec<usize> = self.known.channels_of(available).collect();
         if channels.is_empty() {
             return;
         }

@@ -112,9 +112,13 @@ impl<R> Recorder<R> {
     }
 
     fn begin(&mut self, window: Window) {
-        self.rows.clear();
-        (self.candidate, self.stride, self.offered) = (None, None, 0);
+        self.forget();
         self.window = Some(window);
+    }
+
+    fn forget(&mut self) {
+        self.rows.clear();
+        (self.window, self.candidate, self.stride, self.offered) = (None, None, None, 0);
     }
 
     /// One row in how many when they come every `interval_s`, so that all of them fit; decided by

@@ -67,7 +67,7 @@ use telemetry::{
     ESTIMATE_SLOSH, IMU, JOINTS, MODE, ModeState, Opcode, PartitionId, Phase, Reason, TableId, TableValues, TopicId,
     VERDICT, Verdict,
 };
-use verdicts::Ledger;
+use verdicts::{Ledger, NoModel};
 
 /// An accepted model of the phase before capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,11 +93,17 @@ struct State {
     inertias: Inertias,
 }
 
+/// Stimuli and verdicts of one frame: more than there are phases and orders.
+const IN_A_FRAME: usize = 16;
+
 /// The partition: consumes samples and estimates, publishes modes, verdicts and inertia
 /// comparisons.
 pub struct Supervisor {
     mission: Mission,
     state: State,
+    /// Room of a frame, so that none takes memory.
+    stimuli: Vec<Stimulus>,
+    missing: Vec<NoModel>,
 }
 
 /// Builds the supervisor of `run`.
@@ -126,7 +132,8 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         ledger: Ledger::default(),
         inertias: Inertias::default(),
     };
-    Ok(Box::new(Supervisor { mission, state }))
+    let (stimuli, missing) = (Vec::with_capacity(IN_A_FRAME), Vec::with_capacity(IN_A_FRAME));
+    Ok(Box::new(Supervisor { mission, state, stimuli, missing }))
 }
 
 impl Partition for Supervisor {
@@ -151,7 +158,8 @@ impl Partition for Supervisor {
         self.state.window.step(frame, &[]);
         self.state.measured.take(frame, &self.state.window, &self.mission);
         self.watch_contact(frame);
-        let mut stimuli = Vec::new();
+        let mut stimuli = core::mem::take(&mut self.stimuli);
+        stimuli.clear();
         if !self.state.started {
             self.state.started = true;
             stimuli.push(Stimulus::Start);
@@ -165,14 +173,18 @@ impl Partition for Supervisor {
         }
         let situation = self.situation(frame);
         let decision = self.state.machine.evaluate(frame.number, &stimuli, &situation);
+        self.stimuli = stimuli;
         if let Some(decision) = &decision {
             out.publish(MODE, &decision.sample(frame.t_ns));
         }
         let (machine, plan) = (&self.state.machine, &self.mission.plan);
-        let missing = self.state.ledger.missing(decision.as_ref(), machine, plan, &situation);
-        for (domain, phase, why) in missing {
+        let mut missing = core::mem::take(&mut self.missing);
+        missing.clear();
+        self.state.ledger.missing(decision.as_ref(), machine, plan, &situation, &mut missing);
+        for &(domain, phase, why) in &missing {
             self.publish_verdict(&validation::no_model(domain, phase, why, frame.number, frame.t_ns), out);
         }
+        self.missing = missing;
     }
 
     fn obeys_mode_commands(&self) -> bool {

@@ -77,22 +77,26 @@ pub struct Measured {
     generation: u32,
     inertial: InertialHeldOut,
     slosh: Option<SloshHeldOut>,
-    /// Made with the first rows, which say how many channels there are.
-    modal: Option<ModalHeldOut>,
+    /// Begins with the first rows, which say how many channels there are.
+    modal: ModalHeldOut,
     decay: Decay,
     /// Momentum samples of the present frame with the averaging interval of the gyro \[s\].
     momentum: Vec<(f64, MomentumSample)>,
 }
 
 impl Measured {
-    /// Takes the memory for the held-out rows of the inertial and the slosh model; the modal one's
-    /// follows with its first rows, which determine the number of channels.
+    /// Takes the memory for the held-out rows; of the modal model for all channels that are used,
+    /// or that there can be.
     pub fn new(mission: &Mission) -> Self {
         let slosh = mission.slosh.as_ref().map(|known| {
             SloshHeldOut::new(HELD_OUT_ROWS, known.m_0_kg, known.accelerometer_vrw_m_s_sqrt_h / SQRT_HOUR_S)
         });
         let period_s = mission.frame_period_s;
-        let array_rate_hz = mission.modal.rate_hz;
+        let (array_rate_hz, array_sigma) = (mission.modal.rate_hz, mission.modal.accelerometer_sigma_m_s2);
+        let channels_max = match mission.modal.channels.len() {
+            0 => ACCELEROMETERS_MAX,
+            stated => stated.min(ACCELEROMETERS_MAX),
+        };
         Measured {
             base_rate_rad_s: f64::NAN,
             heard: Inputs::default(),
@@ -102,7 +106,7 @@ impl Measured {
             generation: 0,
             inertial: InertialHeldOut::new(HELD_OUT_ROWS),
             slosh,
-            modal: None,
+            modal: ModalHeldOut::new(HELD_OUT_ROWS, channels_max, array_sigma),
             decay: Decay::default(),
             momentum: Vec::with_capacity(16),
         }
@@ -143,7 +147,7 @@ impl Measured {
         match estimate {
             AnyEstimate::Inertial(sample) => self.inertial.offer(&sample.estimate),
             AnyEstimate::Slosh(sample) => self.slosh.iter_mut().for_each(|slosh| slosh.offer(sample)),
-            AnyEstimate::Modal(sample) => self.modal.iter_mut().for_each(|modal| modal.offer(&sample.estimate)),
+            AnyEstimate::Modal(sample) => self.modal.offer(&sample.estimate),
         }
     }
 
@@ -155,7 +159,7 @@ impl Measured {
                 .and_then(|known| self.inertial.close(known.h_nms, |interval_s| known.sigma(interval_s).omega0_rad_s)),
             Domain::Slosh => self.slosh.as_ref().and_then(SloshHeldOut::close),
             Domain::Modal if !self.decay.behind_excitation => return Err(Reason::OperationalRecord),
-            Domain::Modal => self.modal.as_ref().and_then(ModalHeldOut::close),
+            Domain::Modal => self.modal.close(),
         };
         tested.ok_or(Reason::NoHeldOutData)
     }
@@ -167,7 +171,8 @@ impl Measured {
         self.generation = window.generation;
         let held_out = held_out_window(window, self.frame_period_s);
         self.inertial.begin(held_out);
-        (self.modal, self.decay) = (None, Decay::default());
+        self.decay = Decay::default();
+        self.modal.forget();
         if let Some(slosh) = &mut self.slosh {
             slosh.begin(held_out);
         }
@@ -229,20 +234,17 @@ impl Measured {
         }
         let decays = self.decay.behind_excitation && !self.decay.forced;
         for batch in frame.samples(ACCELEROMETERS).iter().filter(|_| decays) {
-            if self.modal.is_none() {
+            if !self.modal.has_begun() {
                 let channels = mission.modal.channels_of((batch.channels as usize).min(ACCELEROMETERS_MAX));
-                if channels.is_empty() {
-                    continue;
-                }
-                let mut modal = ModalHeldOut::new(HELD_OUT_ROWS, channels, mission.modal.accelerometer_sigma_m_s2);
-                modal.begin(held_out_window(window, mission.frame_period_s));
-                self.modal = Some(modal);
+                self.modal.begin(held_out_window(window, mission.frame_period_s), channels);
             }
-            let Some(modal) = &mut self.modal else { continue };
+            if !self.modal.has_begun() {
+                continue;
+            }
             let interval_s = batch.interval_ns as f64 * 1e-9;
             for (row, offset_ns) in batch.acceleration_m_s2.iter().zip(batch.offset_ns).take(batch.count as usize) {
                 let t_s = (batch.header.t_meas_ns + u64::from(offset_ns)) as f64 * 1e-9;
-                modal.push(frame.number, t_s, interval_s, row);
+                self.modal.push(frame.number, t_s, interval_s, row);
             }
         }
     }

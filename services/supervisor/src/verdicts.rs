@@ -14,6 +14,9 @@ const fn slot(domain: Domain, phase: Phase) -> usize {
     if matches!(phase, Phase::Mated) { MATED } else { domain.code() as usize }
 }
 
+/// A verdict on an experiment without a model: its domain and phase, and why there is none.
+pub type NoModel = (Domain, Phase, Missing);
+
 /// Which experiments have their verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
@@ -29,20 +32,21 @@ impl Ledger {
         self.owed[slot(domain, phase)] = false;
     }
 
-    /// Verdicts due now on experiments that give no model to judge.
+    /// Appends the verdicts due now on experiments that give no model to judge to `found`, which
+    /// holds none.
     pub fn missing(
         &mut self,
         decision: Option<&Decision>,
         machine: &ModeMachine,
         plan: &Plan,
         situation: &Situation,
-    ) -> Vec<(Domain, Phase, Missing)> {
+        found: &mut Vec<NoModel>,
+    ) {
         let phase = if plan.replay.is_some() { Phase::Replay } else { Phase::PreCapture };
         let of_slot = |slot: usize| match slot {
             MATED => (Domain::Inertial, Phase::Mated),
             domain => (Domain::ALL[domain], phase),
         };
-        let mut found = Vec::new();
         for &domain in Domain::ALL.iter().filter(|_| plan.replay.is_none()) {
             let promised = situation.of(domain).predicted_sigma_over_need.unwrap_or(0.0);
             let skipped = machine.step_status(domain, situation) == StepStatus::NeedOutOfReach;
@@ -60,7 +64,7 @@ impl Ledger {
             found.extend(broken.map(|(domain, phase)| (domain, phase, (reason, 0.0, 0.0))));
             self.owed = flown(decision.experiment, plan);
         }
-        for (domain, phase, _) in &found {
+        for (domain, phase, _) in found.iter() {
             self.given[slot(*domain, *phase)] = true;
         }
         if decision.is_some_and(|decision| decision.ended) {
@@ -70,7 +74,6 @@ impl Ledger {
                 found.push((domain, phase, (Reason::NotReached, 0.0, 0.0)));
             }
         }
-        found
     }
 }
 
@@ -131,7 +134,8 @@ mod tests {
             let stimuli = if frame == 0 { vec![Stimulus::Start] } else { Vec::new() };
             let seen = situation(machine.state());
             let decision = machine.evaluate(frame, &stimuli, &seen);
-            let missing = ledger.missing(decision.as_ref(), &machine, &plan, &seen);
+            let mut missing = Vec::new();
+            ledger.missing(decision.as_ref(), &machine, &plan, &seen, &mut missing);
             said.extend(missing.iter().map(|&(domain, phase, (reason, ..))| (domain, phase, reason)));
             if machine.ended() {
                 return said;
@@ -180,11 +184,13 @@ mod tests {
         let mut ledger = Ledger::default();
         let mut machine = ModeMachine::new(only_modal, WINDOW);
         let begun = machine.evaluate(0, &[Stimulus::Start], &alive()).unwrap();
-        assert_eq!(ledger.missing(Some(&begun), &machine, &only_modal, &alive()), []);
+        let mut missing = Vec::new();
+        ledger.missing(Some(&begun), &machine, &only_modal, &alive(), &mut missing);
         ledger.note(Domain::Modal, Phase::PreCapture);
         let judged = Stimulus::Verdict { domain: Domain::Modal, generation: 1, accepted: true };
         let ended = machine.evaluate(130, &[judged], &alive()).unwrap();
         assert!(ended.ended);
-        assert_eq!(ledger.missing(Some(&ended), &machine, &only_modal, &alive()), []);
+        ledger.missing(Some(&ended), &machine, &only_modal, &alive(), &mut missing);
+        assert_eq!(missing, []);
     }
 }

@@ -11,7 +11,7 @@ use telemetry::{
 use zerocopy::{FromBytes, IntoBytes};
 
 /// Keys by which a repeated command is known.
-const KEYS: usize = 64;
+pub(crate) const KEYS: usize = 64;
 /// Commands that wait for their frame.
 const ORDERS_WAITING_MAX: usize = 64;
 const DELAY_MAX_FRAMES: u32 = 1_000_000;

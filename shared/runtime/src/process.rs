@@ -196,8 +196,8 @@ impl<'a> Process<'a> {
         }
         let severity = if life.epoch == 0 { Severity::Information } else { Severity::Warning };
         process.runner.event_as(severity, EventCode::Started, &[life.epoch.into(), life.cause.into()])?;
-        process.wake_everybody();
         process.runner.beat()?;
+        process.wake_everybody();
         process.report("READY=1");
         Ok(process)
     }
@@ -302,6 +302,7 @@ impl<'a> Process<'a> {
     }
 
     fn end(&mut self) -> Result<(), ProcessError> {
+        self.statistics.end_loop();
         self.runner.finish()?;
         self.runner.say_squelched(true)?;
         self.runner.event(EventCode::Ended, &[self.runner.frames_done() as f64])?;

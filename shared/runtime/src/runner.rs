@@ -176,7 +176,7 @@ impl<L: Link> Runner<L> {
             frames += 1;
         }
         if self.progress_due {
-            self.report_progress()?;
+            self.report_checkpoint()?;
         }
         match frames {
             _ if self.finished => Ok(Turn::Finished),

@@ -165,8 +165,9 @@ pub struct Statistics {
     text: Vec<u8>,
     started_ns: u64,
     life: Life,
-    /// Allocations when the start was over.
+    /// Allocations when the start was over, and when the loop was.
     allocations_at_start: Option<u64>,
+    allocations_at_end: Option<u64>,
     figures: LifeFigures,
 }
 
@@ -181,6 +182,7 @@ impl Statistics {
             started_ns: sys::monotonic_ns(),
             life,
             allocations_at_start: None,
+            allocations_at_end: None,
             figures: LifeFigures { epoch: life.epoch, ..LifeFigures::default() },
         }
     }
@@ -190,13 +192,19 @@ impl Statistics {
         self.figures.hardening = hardening;
     }
 
+    /// The loop is over: what closing a file takes is not counted.
+    pub fn end_loop(&mut self) {
+        self.allocations_at_end = Some(sys::allocations_of_system());
+    }
+
     /// The figures now, also as a telemetry sample.
     pub fn sample<L: Link>(&mut self, runner: &Runner<L>) -> Housekeeping {
         let age_ns = sys::monotonic_ns().saturating_sub(self.started_ns);
         if self.allocations_at_start.is_none() && age_ns >= START.as_nanos() as u64 {
             self.allocations_at_start = Some(sys::allocations_of_system());
         }
-        let allocations = self.allocations_at_start.map_or(0, |at_start| sys::allocations_of_system() - at_start);
+        let allocations = self.allocations_at_end.unwrap_or_else(sys::allocations_of_system);
+        let allocations = self.allocations_at_start.map_or(0, |at_start| allocations.saturating_sub(at_start));
         let figures = &mut self.figures;
         figures.counters = runner.counters();
         figures.frames = runner.frames_done();

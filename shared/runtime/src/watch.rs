@@ -22,7 +22,7 @@ const STATUS_EVERY: Duration = Duration::from_millis(40);
 const STILL: Duration = Duration::from_secs(1);
 
 /// Of a line to the warden.
-const LINE_BYTES: usize = 512;
+const LINE_BYTES: usize = 1024;
 
 struct Pulse {
     id: PartitionId,
@@ -124,7 +124,9 @@ impl HangWatch {
         }
         if self.moved.elapsed() >= STILL {
             self.moved = Instant::now();
-            self.pipe.say(&self.who_waits(frame), true);
+            let mut line = core::mem::take(&mut self.line);
+            self.pipe.say(self.who_waits(frame, &mut line), true);
+            self.line = line;
         }
         let mut lost = Vec::new();
         for line in self.orders.try_iter() {
@@ -141,11 +143,12 @@ impl HangWatch {
     }
 
     /// The source waits for the slowest checkpoint, everybody behind the source for its samples.
-    fn who_waits(&self, own_frame: u64) -> String {
+    fn who_waits<'a>(&self, own_frame: u64, text: &'a mut String) -> &'a str {
         let source = self.pulses.iter().find(|pulse| pulse.id == PartitionId::SensorSim);
         let opened = source.map_or(own_frame, |pulse| pulse.frames);
         let others = || self.pulses.iter().filter(|pulse| pulse.id != PartitionId::SensorSim && !pulse.lost);
-        let mut text = "WAITS".to_string();
+        text.clear();
+        text.push_str("WAITS");
         if let Some(slowest) = others().min_by_key(|pulse| pulse.checkpointed) {
             let _ = write!(
                 text,
@@ -265,7 +268,7 @@ mod tests {
         watch.hear(&Progress { frames_processed: 130, ..beat(SensorSim, 0, 1) });
         watch.hear(&Progress { frames_processed: 40, frames_checkpointed: 30, ..beat(InertialId, 0, 1) });
         assert_eq!(
-            watch.who_waits(130),
+            watch.who_waits(130, &mut String::new()),
             "WAITS sensor-sim at frame 130 waits for inertial-id, checkpointed to frame 30; \
              inertial-id at frame 40 waits for samples"
         );

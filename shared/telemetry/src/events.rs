@@ -99,6 +99,20 @@ impl EventCode {
         }
     }
 
+    /// Whether it answers a command: who sent one waits for it.
+    #[must_use]
+    pub const fn is_answer(self) -> bool {
+        matches!(
+            self,
+            Self::CommandAccepted
+                | Self::CommandRefused
+                | Self::CommandExecuted
+                | Self::TableLoaded
+                | Self::TableActivated
+                | Self::TableRefused
+        )
+    }
+
     /// What its arguments are, in their order.
     #[must_use]
     pub const fn arguments(self) -> &'static [ArgumentInfo] {

@@ -4,7 +4,7 @@
 use super::{HeldOut, Recorder, Window};
 use physics::appendage::{Mode, REFIT_MODES_MAX, refit_free_decay_residual};
 use serde::{Deserialize, Serialize};
-use telemetry::{ACCELEROMETERS_MAX, Estimate};
+use telemetry::{ACCELEROMETERS_MAX, Estimate, PARAMETERS_MAX};
 
 /// Held-out accelerometer rows of a free decay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,19 +18,34 @@ pub struct ModalHeldOut {
 }
 
 impl ModalHeldOut {
-    /// `channels`: those used, numbered from 0. `noise_m_s2`: standard deviation of one
-    /// accelerometer sample.
-    pub fn new(capacity: usize, channels: Vec<usize>, noise_m_s2: f64) -> Self {
-        assert!(!channels.is_empty());
-        assert!(channels.iter().all(|&channel| channel < ACCELEROMETERS_MAX));
-        let accelerations_m_s2 = Vec::with_capacity(capacity * channels.len());
+    /// With room for `capacity` rows of `channels_max` channels. `noise_m_s2`: standard deviation
+    /// of one accelerometer sample.
+    pub fn new(capacity: usize, channels_max: usize, noise_m_s2: f64) -> Self {
+        assert!(channels_max <= ACCELEROMETERS_MAX);
+        let accelerations_m_s2 = Vec::with_capacity(capacity * channels_max);
+        let channels = Vec::with_capacity(channels_max);
         Self { recorder: Recorder::new(capacity), accelerations_m_s2, channels, noise_m_s2 }
     }
 
-    /// A refit needs no row before the split: the window's lead is not used.
-    pub fn begin(&mut self, window: Window) {
+    /// `channels`: those used, numbered from 0. A refit needs no row before the split: the window's
+    /// lead is not used.
+    pub fn begin(&mut self, window: Window, channels: impl Iterator<Item = usize>) {
+        self.forget();
+        self.channels.extend(channels);
+        assert!(self.channels.iter().all(|&channel| channel < ACCELEROMETERS_MAX));
         self.recorder.begin(Window { lead_frames: 0, ..window });
+    }
+
+    /// As before the first experiment.
+    pub fn forget(&mut self) {
+        self.recorder.forget();
+        self.channels.clear();
         self.accelerations_m_s2.clear();
+    }
+
+    /// An experiment is recorded.
+    pub fn has_begun(&self) -> bool {
+        !self.channels.is_empty()
     }
 
     /// Takes an estimate made up to the split; the newest one is simulated.
@@ -54,16 +69,18 @@ impl ModalHeldOut {
     /// without a candidate with a mode, when rows are missing, or when they are too few to refit.
     pub fn close(&self) -> Option<HeldOut> {
         let (candidate, _) = self.recorder.subject()?;
-        let modes: Vec<Mode> = candidate.values[..candidate.count]
-            .chunks_exact(2)
-            .map(|pair| Mode { frequency_hz: pair[0], damping_ratio: pair[1] })
-            .collect();
-        if modes.is_empty() || modes.len() > REFIT_MODES_MAX {
+        let mut modes = [Mode::default(); PARAMETERS_MAX / 2];
+        let pairs = candidate.values[..candidate.count].chunks_exact(2);
+        let count = pairs.len();
+        for (mode, pair) in modes.iter_mut().zip(pairs) {
+            *mode = Mode { frequency_hz: pair[0], damping_ratio: pair[1] };
+        }
+        if !(1..=REFIT_MODES_MAX).contains(&count) {
             return None;
         }
         let rate_hz = self.uniform_rate_hz()?;
         let channels = self.channels.len();
-        let left = refit_free_decay_residual(&modes, &self.accelerations_m_s2, channels, rate_hz).ok()?;
+        let left = refit_free_decay_residual(&modes[..count], &self.accelerations_m_s2, channels, rate_hz).ok()?;
         Some(HeldOut {
             rms: left.residual_rms_m_s2,
             noise: self.noise_m_s2,

@@ -202,8 +202,9 @@ fn modal(values: &[f64], capacity: usize, seed: u64, lost: Option<u64>) -> Modal
 /// NaN.
 fn decay(duration_frames: u64, values: &[f64], capacity: usize, seed: u64, lost: Option<u64>) -> ModalHeldOut {
     let mut noise = SeededNoise::new(seed);
-    let mut held_out = ModalHeldOut::new(capacity, vec![0, 1, 2], ROW_SIGMA_M_S2);
-    held_out.begin(Window { start_frame: 0, duration_frames, generation: 2, frame_period_s: 0.01, lead_frames: 0 });
+    let mut held_out = ModalHeldOut::new(capacity, 3, ROW_SIGMA_M_S2);
+    let window = Window { start_frame: 0, duration_frames, generation: 2, frame_period_s: 0.01, lead_frames: 0 };
+    held_out.begin(window, 0..3);
     held_out.offer(&estimate(Domain::Modal, duration_frames * 4 / 5, values));
     for row in 0..2 * duration_frames {
         let time_s = row as f64 * 0.005;
@@ -277,8 +278,8 @@ fn any_number_of_modes_is_tested_and_a_missing_one_shows() {
 
 #[test]
 fn channels_that_are_not_used_are_not_tested() {
-    let mut held_out = ModalHeldOut::new(1000, vec![2, 0], ROW_SIGMA_M_S2);
-    held_out.begin(Window { start_frame: 0, ..WINDOW });
+    let mut held_out = ModalHeldOut::new(1000, 2, ROW_SIGMA_M_S2);
+    held_out.begin(Window { start_frame: 0, ..WINDOW }, [2, 0].into_iter());
     let mut row = [f64::NAN; ACCELEROMETERS_MAX];
     (row[0], row[2]) = (1.0, 3.0);
     held_out.push(5000, 50.0, 0.005, &row);

@@ -67,13 +67,14 @@ pub struct AppendageKnown {
 
 impl ModalKnown {
     /// Channels used of `available`, numbered from 0; empty when a stated one does not exist.
-    #[must_use]
-    pub fn channels_of(&self, available: usize) -> Vec<usize> {
-        if self.channels.is_empty() {
-            return (0..available).collect();
-        }
+    pub fn channels_of(&self, available: usize) -> impl Iterator<Item = usize> {
         let exist = self.channels.iter().all(|channel| (1..=available).contains(channel));
-        if exist { self.channels.iter().map(|channel| channel - 1).collect() } else { Vec::new() }
+        let count = match self.channels.len() {
+            0 => available,
+            stated if exist => stated,
+            _ => 0,
+        };
+        (0..count).map(|place| self.channels.get(place).map_or(place, |channel| channel - 1))
     }
 }
 

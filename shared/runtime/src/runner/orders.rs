@@ -60,6 +60,8 @@ impl<L: Link> Runner<L> {
     pub(super) fn begin_orders(&mut self, run: &crate::RunConfig, orders: Orders, is_fresh: bool) {
         self.desk.orders = orders;
         self.desk.orders.reserve();
+        self.desk.accepted.reserve(orders::KEYS);
+        self.desk.unsent.reserve(orders::KEYS);
         self.desk.members.clone_from(&run.partitions);
         self.desk.obeys_mode = self.partition.as_ref().is_some_and(|partition| partition.obeys_mode_commands());
         for &table in TableId::ALL {
@@ -179,14 +181,18 @@ impl<L: Link> Runner<L> {
 
     /// A checkpoint holds what was accepted and what was released: now it can be known.
     pub(super) fn send_released(&mut self) -> Result<(), RunError> {
-        for command in core::mem::take(&mut self.desk.unsent) {
+        for index in 0..self.desk.unsent.len() {
+            let command = self.desk.unsent[index];
             let stamps = self.stamps(command.as_bytes());
             self.link.publish(TELECOMMAND.id, &stamps, command.as_bytes())?;
             self.bytes_sent += size_of::<Telecommand>() as u64;
         }
-        for (command, frame) in core::mem::take(&mut self.desk.accepted) {
+        for index in 0..self.desk.accepted.len() {
+            let (command, frame) = self.desk.accepted[index];
             self.say_accepted(&command, frame)?;
         }
+        self.desk.unsent.clear();
+        self.desk.accepted.clear();
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use telemetry::{Delivery, EVENT, Header, PROGRESS, PartitionId, Progress, Stamps
 use zerocopy::{FromBytes, IntoBytes};
 
 impl<L: Link> Runner<L> {
-    /// Heart-beat: reports progress although nothing happened.
+    /// Heart-beat: reports progress although nothing happened, and wakes nobody for it.
     ///
     /// # Errors
     /// When the link refuses.
@@ -141,7 +141,16 @@ impl<L: Link> Runner<L> {
         self.send_released()
     }
 
-    pub(super) fn report_progress(&mut self) -> Result<(), RunError> {
+    /// Of a checkpoint, for which the source may wait.
+    pub(super) fn report_checkpoint(&mut self) -> Result<(), RunError> {
+        self.report_progress()?;
+        if self.pacing.is_none() {
+            self.link.wake(PartitionId::SensorSim);
+        }
+        Ok(())
+    }
+
+    fn report_progress(&mut self) -> Result<(), RunError> {
         self.progress_due = false;
         let mut progress = Progress {
             header: Header::at(self.frames_done * self.period_ns),
@@ -153,10 +162,6 @@ impl<L: Link> Runner<L> {
             working: self.away.is_some().into(),
             out_seq: self.seq_checkpointed,
         };
-        self.send(PROGRESS.id, progress.as_mut_bytes(), None)?;
-        if self.pacing.is_none() {
-            self.link.wake(PartitionId::SensorSim);
-        }
-        Ok(())
+        self.send(PROGRESS.id, progress.as_mut_bytes(), None)
     }
 }
