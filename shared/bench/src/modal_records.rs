@@ -6,7 +6,8 @@
 //! - its damping could be known to 22 %: `σ_ζ/ζ = (2πζfT)^(−1/2)`, T the time of the samples that
 //!   exist, so that `2πζfT ≥ 20` (the identifier reports modes from three deviations on);
 //! - it lies below 0.4 of the rate at which the sensors are updated;
-//! - its half-power band overlaps no other mode's.
+//! - its half-power band overlaps no other mode's, where the record shows them: a mode above half
+//!   the rate of the sensors folds.
 //!
 //! A mode that is found without being identifiable counts neither as missed nor as invented.
 

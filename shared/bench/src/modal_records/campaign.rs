@@ -216,13 +216,13 @@ fn judge(
 fn is_identifiable(truth: &TrueMode, structure: &Structure, recorded: &DefectiveRecord) -> bool {
     let present = recorded.columns[0].iter().filter(|y| y.is_finite()).count() as f64;
     let seconds = present / structure.sample_rate_hz;
+    let rate_hz = structure.sample_rate_hz.min(recorded.update_rate_hz);
     let band = |mode: &TrueMode| mode.damping_ratio * mode.frequency_hz;
-    let overlaps = |other: &TrueMode| {
-        let apart = (other.frequency_hz - truth.frequency_hz).abs();
-        apart > 0.0 && apart < band(other) + band(truth)
-    };
+    // Where they show: above half the rate a mode folds onto others.
+    let apart = |other: &TrueMode| (folded(other.frequency_hz, rate_hz) - folded(truth.frequency_hz, rate_hz)).abs();
+    let overlaps = |other: &TrueMode| !core::ptr::eq(other, truth) && apart(other) < band(other) + band(truth);
     TAU * band(truth) * seconds >= FORGETTING_MIN
-        && truth.frequency_hz < USABLE_BAND * structure.sample_rate_hz.min(recorded.update_rate_hz)
+        && truth.frequency_hz < USABLE_BAND * rate_hz
         && !structure.modes.iter().any(overlaps)
 }
 
@@ -238,6 +238,32 @@ mod tests {
     /// The larger rms z.
     fn rms(found: &Figures) -> f64 {
         found.frequency_rms_z.unwrap().max(found.damping_rms_z.unwrap())
+    }
+
+    #[test]
+    fn a_mode_onto_which_another_folds_is_not_identifiable() {
+        let of = |update_rate_hz: f64| {
+            let mode = |frequency_hz: f64, damping_ratio: f64| TrueMode {
+                frequency_hz,
+                damping_ratio,
+                shape: vec![1.0],
+                rms: 1.0,
+            };
+            let modes = vec![mode(3.58, 0.006), mode(13.6, 0.016)];
+            let structure = Structure { sample_rate_hz: 50.0, samples: 12_000, channels: 1, modes, sensor_noise: 0.01 };
+            let recorded = DefectiveRecord {
+                time_s: Vec::new(),
+                columns: vec![vec![0.0; 12_000]],
+                tones_hz: Vec::new(),
+                update_rate_hz,
+                beside_mode: None,
+            };
+            [0, 1].map(|k| is_identifiable(&structure.modes[k], &structure, &recorded))
+        };
+        assert_eq!(of(50.0), [true, true]);
+        // At 10 Hz it shows at 3.6 Hz, with a half-power width of 0.4 Hz; at 9 Hz at 4.4 Hz.
+        assert_eq!(of(10.0), [false, false]);
+        assert_eq!(of(9.0), [true, false]);
     }
 
     #[test]
