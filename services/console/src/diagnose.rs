@@ -95,8 +95,9 @@ pub struct Arguments {
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
     worth: f64,
     /// How it is decided: by one comparison in nats, or by tests one after another, as before
-    #[arg(long, value_enum, default_value_t)]
-    engine: EngineWord,
+    /// [default: evidence; cascade with --repeat]
+    #[arg(long, value_enum)]
+    engine: Option<EngineWord>,
     /// One line on standard error for each phase, also where it is no terminal
     #[arg(long)]
     progress: bool,
@@ -270,7 +271,9 @@ fn decided(
     (problem, options, limited): (&Problem, Options, &dyn Fn(Options) -> Options),
     progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<Diagnosis, Failure> {
-    let engine = Engine::from(arguments.engine);
+    // evidence takes no repeat
+    let usual = if arguments.repeat.is_some() { EngineWord::Cascade } else { EngineWord::default() };
+    let engine = Engine::from(arguments.engine.unwrap_or(usual));
     let own = limited(options);
     if !doubted.labels.iter().any(Option::is_some) {
         return Ok(engine.diagnose(problem, &own, progress));
@@ -500,8 +503,8 @@ fn again(arguments: &Arguments) -> String {
     if arguments.worth != 0.0 {
         words.extend(["--worth".to_owned(), arguments.worth.to_string()]);
     }
-    if arguments.engine != EngineWord::default() {
-        words.extend(["--engine".to_owned(), arguments.engine.name().to_owned()]);
+    if let Some(engine) = arguments.engine {
+        words.extend(["--engine".to_owned(), engine.name().to_owned()]);
     }
     recordings::command_line(&words)
 }

@@ -8,7 +8,7 @@ pub enum EngineWord {
     /// One comparison of hypotheses in nats
     #[default]
     Evidence,
-    /// Tests one after another, the way of before: to compare with
+    /// Tests one after another, the previous method: to compare with
     Cascade,
 }
 

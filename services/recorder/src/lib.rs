@@ -101,7 +101,7 @@ impl Sink {
             kept <= written
         });
         let (file, _found) = recovered.map_err(|error| error.to_string())?;
-        (self.file, self.written) = (Some(file), written);
+        (self.file, self.written) = (Some(file), written.min(kept));
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use crate::outbound::Outbound;
 use crate::round_trip::RoundTrip;
 use crate::{OWN_STREAMS, StreamId};
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::RangeInclusive;
 
 /// Between two greetings \[ms\].
 const HELLO_EVERY_MS: u64 = 1000;
@@ -206,11 +207,13 @@ impl Peer {
             send(Message::Hello { protocol, life, finished, origin, generation, layouts }.to_bytes());
         }
         let Some(far) = self.far.filter(|_| self.refusal.is_none()) else { return };
-        // The ends' own streams are the last ones and go first: a full line drops what comes last.
-        for (&stream, inward) in self.inward.iter_mut().rev() {
-            let Some(echo_ms) = inward.owes.take() else { continue };
-            let (by, through, held) = (self.life, inward.through(), inward.held());
-            send(Message::Received { by, life: far, stream, through, held, echo_ms }.to_bytes());
+        // a full line drops what comes last
+        for own in OWN_FIRST {
+            for (&stream, inward) in self.inward.range_mut(own) {
+                let Some(echo_ms) = inward.owes.take() else { continue };
+                let (by, through, held) = (self.life, inward.through(), inward.held());
+                send(Message::Received { by, life: far, stream, through, held, echo_ms }.to_bytes());
+            }
         }
         let counts = &mut self.counts;
         let mut send = |message: Message, again: bool| {
@@ -218,7 +221,10 @@ impl Peer {
             counts.resent += u64::from(again);
             send(message.to_bytes());
         };
-        self.out.values_mut().rev().for_each(|out| out.tick(self.life, now_ms, &self.line, &mut send));
+        for own in OWN_FIRST {
+            let all = self.out.range_mut(own);
+            all.for_each(|(_, out)| out.tick(self.life, now_ms, &self.line, &mut send));
+        }
     }
 
     /// What has come out of the line and was not taken yet, in order for every stream; of the far
@@ -262,6 +268,9 @@ impl Peer {
         self.counts
     }
 }
+
+/// The ends' own streams, then those of producers.
+const OWN_FIRST: [RangeInclusive<StreamId>; 2] = [OWN_STREAMS..=StreamId::MAX, 0..=OWN_STREAMS - 1];
 
 /// Where the next arrival of `stream` stands among those that wait: of an own stream behind the
 /// last one of these, and behind the beginning of its origin.

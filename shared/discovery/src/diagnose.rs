@@ -43,6 +43,7 @@ pub(crate) use held_out_evidence::{HeldOutEvidence, held_out};
 pub(crate) use insufficient_data::insufficient_data;
 pub(crate) use next::{Next, separating};
 pub use phase::Phase;
+pub(crate) use report::kept;
 pub use report::{
     Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, ExtraParameterBound,
     Figures, HeldOut, HeldOutChannel, HeldOutKind, InputTiming, LabelReport, LawCell, LawMap, Nominal, OpenHypothesis,

@@ -10,7 +10,7 @@ pub enum Engine {
     /// One comparison of hypotheses in nats ([`crate::evidence`]).
     #[default]
     Evidence,
-    /// Tests one after another ([`crate::diagnose`]): the way of before, to compare with.
+    /// Tests one after another ([`crate::diagnose`]): the previous method, to compare with.
     Cascade,
 }
 

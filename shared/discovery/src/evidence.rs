@@ -14,8 +14,8 @@
 //! | `marginal`, `noise` | Laplace's method with bounds; the noise with its priors |
 //! | `timing`, `exact` | inputs between their samples; numbers that are stated as exact |
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
-//! | `screen`, `propose`, `others`, `disturbed` | the catalogue about a model; what is worth a fit |
-//! | `temper`, `predict`, `learned` | what a gain is worth where innovations remember; held-out data in nats |
+//! | `screen`, `propose`, `others`, `disturbed` | the catalogue about a model; what to fit |
+//! | `temper`, `predict`, `learned` | coloured innovations; held-out data in nats |
 //! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
 //! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
 //! | `alias`, `law` | models that are the same on a record; what no entry describes |

@@ -45,6 +45,9 @@ impl Chunk {
     /// `channels`, whose schema and channel records have `declared_bytes` together.
     pub fn new(message_bytes: (usize, usize), channels: u16, declared_bytes: usize) -> io::Result<Self> {
         let records = BYTES + HEADER_BYTES + message_bytes.1 + declared_bytes;
+        let mut encoder = Encoder::new(LEVEL)?;
+        // zstd takes its memory with the first byte that it compresses
+        compress(&mut encoder, &[0], &mut [0; HEADER_BYTES])?;
         let messages = records / message_bytes.0;
         let indexes = messages * INDEX_BYTES + usize::from(channels) * INDEX_BYTES;
         Ok(Chunk {
@@ -52,7 +55,7 @@ impl Chunk {
             messages: Vec::with_capacity(messages),
             first_last: None,
             channels,
-            encoder: Encoder::new(LEVEL)?,
+            encoder,
             whole: Records::with_capacity(HEADER_BYTES + compress_bound(records) + indexes),
         })
     }

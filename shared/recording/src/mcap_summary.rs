@@ -11,7 +11,8 @@ use std::os::unix::fs::FileExt;
 
 /// Records of this many bytes are written at a time.
 const PIECE: usize = 1 << 16;
-/// Of a record, what [`ChunkAt`] is read from: the header and all fields of a chunk but its records.
+/// Of a record, what [`ChunkAt`] is read from: the header and all fields of a chunk but its
+/// records.
 const HEAD: usize = RECORD_HEADER + 64;
 /// Fields of a chunk before the name of its compression, which a count stands before.
 const CHUNK_FIELDS: usize = 3 * size_of::<u64>() + size_of::<u32>();

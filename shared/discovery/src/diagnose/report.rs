@@ -1,6 +1,9 @@
 //! The diagnosis as data; field names are those of its JSON.
 
 use crate::mislabelled::Mislabelled;
+use crate::score::Candidate;
+use dynamics::description::{EffectUse, Plant};
+use dynamics::effect::Role;
 use identification::held_out::{ChannelFit, Status};
 use serde::Serialize;
 
@@ -397,4 +400,14 @@ impl Diagnosis {
             tried: Vec::new(),
         }
     }
+}
+
+/// Parameters that the fit of the effect of `candidate` kept, and their values; times apart.
+pub(crate) fn kept(plant: &Plant, candidate: &Candidate) -> Vec<(String, f64)> {
+    let of = |used: &&EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
+    let values = plant.effects.iter().filter(of).flat_map(|used| &used.values);
+    let is_time =
+        |name: &str| candidate.effect.parameter(name).is_some_and(|p| matches!(p.role, Role::Onset | Role::Duration));
+    let kept = values.filter(|(name, quantity)| quantity.sigma.is_none() && !is_time(name));
+    kept.map(|(name, quantity)| (name.clone(), quantity.value)).collect()
 }

@@ -64,7 +64,7 @@ impl Drive {
     }
 }
 
-/// It reads what acts, not what moves.
+/// A sensor of a force or a torque.
 fn is_load(kind: &SensorKind) -> bool {
     matches!(kind, SensorKind::JointTorque { .. } | SensorKind::Force { .. } | SensorKind::Torque { .. })
 }

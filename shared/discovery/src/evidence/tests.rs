@@ -30,6 +30,8 @@ fn dry_friction_is_named_alone_and_a_second_recording_confirms_it() {
     let names: Vec<_> = found.effects.iter().map(|own| (&*own.kind, own.probability, own.status)).collect();
     assert_eq!(found.verdict, Verdict::Named, "{} {names:?}", found.reason);
     assert!(names.len() == 1 && names[0].0 == "joint_coulomb", "{names:?}");
+    // who builds the plant again needs the rate over which the sign was smoothed
+    assert!(found.effects[0].kept.iter().any(|(name, _)| name == "smooth_rate"), "{:?}", found.effects[0].kept);
     let force = &found.effects[0].parameters[0];
     assert!((force.value - 0.05).abs() < 3.0 * force.sigma, "{force:?}");
     // over a horizon it takes away all that noise does not explain

@@ -22,10 +22,11 @@ impl Looks {
     }
 
     /// Waiting and running time at the newest look that is not later than `since` \[s\]. A later
-    /// one would hide what the process has waited since then.
+    /// one would hide what the process has waited since then; of a silence that is longer than both
+    /// looks go back, the older look serves: what was waited in a whole life excuses no hang.
     pub fn before(&self, since: Option<Instant>) -> (f64, f64) {
         let is_before = |look: &&Look| since.is_some_and(|since| look.at <= since);
-        let look = self.0.iter().flatten().filter(is_before).next_back();
+        let look = self.0.iter().flatten().rfind(is_before).or(self.0[0].as_ref());
         look.map_or((0.0, 0.0), |look| (look.wait_s, look.run_s))
     }
 }
@@ -48,6 +49,6 @@ mod tests {
         looks.note(at(1990), &usage(0.35));
         assert_eq!(looks.before(Some(at(1850))), (0.2, 0.1));
         assert_eq!(looks.before(Some(at(1990))), (0.35, 0.1));
-        assert_eq!(looks.before(Some(at(900))), (0.0, 0.0));
+        assert_eq!(looks.before(Some(at(900))), (0.2, 0.1), "what it waited before the silence excuses no hang");
     }
 }

@@ -146,7 +146,7 @@ impl Ward {
         starved && self.starved_times <= STARVED_TIMES_MAX
     }
 
-    /// When its next life begins: it waits for that.
+    /// Start of its next life; `None` where it waits for none.
     pub fn due(&self, services_exist: bool) -> Option<Instant> {
         let State::Waiting { until } = self.state else { return None };
         (self.id == PartitionId::Supervisor || services_exist).then_some(until)

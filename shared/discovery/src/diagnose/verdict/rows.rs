@@ -9,7 +9,6 @@ use crate::diagnose::{Adopted, Unfitted, status};
 use crate::score::Candidate;
 use crate::unknown_law::UnknownLaw;
 use dynamics::description::EffectUse;
-use dynamics::effect::Role;
 use examination::doctor::short;
 use identification::fit::EstimationSession;
 use identification::held_out::Status;
@@ -109,7 +108,7 @@ pub(super) fn effect(
         status,
         rivals: rivals.collect(),
         parameters: parameters(session, best, candidate),
-        kept: kept(best, candidate),
+        kept: kept(&best.plant, candidate),
         kappa: adopted.score.kappa,
         d: adopted.d,
         evidence: None,
@@ -136,16 +135,6 @@ fn parameters(session: &EstimationSession<'_>, best: &FittedModel, candidate: &C
         unit: "s".to_owned(),
     });
     estimated.chain(times).collect()
-}
-
-/// Parameters that the fit of the effect of `candidate` kept, and their values; times apart.
-fn kept(best: &FittedModel, candidate: &Candidate) -> Vec<(String, f64)> {
-    let of = |used: &&EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
-    let values = best.plant.effects.iter().filter(of).flat_map(|used| &used.values);
-    let is_time =
-        |name: &str| candidate.effect.parameter(name).is_some_and(|p| matches!(p.role, Role::Onset | Role::Duration));
-    let kept = values.filter(|(name, quantity)| quantity.sigma.is_none() && !is_time(name));
-    kept.map(|(name, quantity)| (name.clone(), quantity.value)).collect()
 }
 
 pub(super) fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {

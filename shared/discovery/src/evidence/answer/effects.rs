@@ -3,7 +3,7 @@
 use super::super::decide::Weighted;
 use super::super::hypothesis::{Hypothesis, Part, name_of, unknown_of};
 use super::{REPORTED, Shown};
-use crate::diagnose::{EffectEvidence, EffectReport, ExtraParameterBound, ParameterReport, Rival};
+use crate::diagnose::{EffectEvidence, EffectReport, ExtraParameterBound, ParameterReport, Rival, kept};
 use dynamics::effect::Role;
 
 impl Shown<'_> {
@@ -20,7 +20,7 @@ impl Shown<'_> {
             status: self.status(),
             rivals: self.rivals(name),
             parameters: self.parameters(part),
-            kept: Vec::new(),
+            kept: kept(&self.leader().model.problem.plant, candidate),
             kappa: part.kappa,
             d: (2.0 * (self.leader().model.log_likelihood() - self.without(name))).max(0.0).sqrt(),
             evidence: Some(EffectEvidence {
