@@ -101,7 +101,8 @@ impl From<usize> for Rounds {
 }
 
 /// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations, as far as the
-/// session's work allows its steps: one set of sensitivities in any case.
+/// session's work allows its steps: one set of sensitivities in any case. It ends no higher than at
+/// any point that a linearisation was made at, the start among them.
 ///
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
@@ -118,10 +119,13 @@ pub fn fit(
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = Damping::on_failure();
     let mut steps = Steps::new(session);
+    // steps descend along one trajectory; about the next one the objective may be higher
+    let mut least: Option<(f64, Vec<f64>)> = None;
+    let mut is_moved = false;
     for round in 0..rounds.most + rounds.more {
         let (mut total, mut enough, mut far) = (0.0, CONVERGED, f64::INFINITY);
         let mut stale = true;
-        for _ in 0..INNER_STEPS {
+        for inner in 0..INNER_STEPS {
             if !steps.has_room() {
                 break;
             }
@@ -130,6 +134,9 @@ pub fn fit(
                 linearised.take_jacobian(session, plant, &theta);
             }
             let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
+            if inner == 0 && least.as_ref().is_none_or(|(least, _)| normal.objective < *least) {
+                least = Some((normal.objective, theta.clone()));
+            }
             let Some((step, predicted)) = normal.step(session, &theta, damping.value()) else { break };
             // a plant that is far off moves for ever in units of a noise that it does not reach
             enough = CONVERGED * (normal.chi2 / linearised.samples().max(1) as f64).max(1.0);
@@ -163,17 +170,25 @@ pub fn fit(
                 break;
             }
         }
-        let least = if round + 1 < rounds.most { enough } else { far };
-        let goes_on = total > least && steps.has_room();
+        is_moved = total > enough;
+        let worth = if round + 1 < rounds.most { enough } else { far };
+        let goes_on = total > worth && steps.has_room();
         match goes_on.then(|| LinearisedProblem::new(session, plant, &theta, noise)) {
             Some(Ok(fresh)) => {
                 linearised = fresh.with_steps_of(&linearised);
-                converged = false;
+                (converged, is_moved) = (false, false);
             }
             _ => break,
         }
     }
-    finish(session, plant, theta, noise, linearised, (converged, iterations))
+    let end = finish(session, plant, theta, noise, (linearised, is_moved), (converged, iterations))?;
+    match least {
+        Some((least, at)) if least + CONVERGED < end.objective => {
+            let began = LinearisedProblem::new(session, plant, &at, noise)?;
+            finish(session, plant, at, noise, (began, false), (false, iterations))
+        }
+        _ => Ok(end),
+    }
 }
 
 /// Steps of a fit within the work: as dear as the dearest so far.
@@ -197,19 +212,21 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Objective, Jacobian and posterior at `theta`, on a fresh linearisation.
+/// Objective, Jacobian and posterior at `theta`, on a fresh linearisation where steps were taken
+/// since the last one.
 fn finish(
     session: &EstimationSession<'_>,
     plant: &Plant,
     theta: Vec<f64>,
     noise: &NoiseModel,
-    linearised: LinearisedProblem,
+    (linearised, is_moved): (LinearisedProblem, bool),
     (converged, iterations): (bool, usize),
 ) -> Result<Fit, FitError> {
     let fresh = |linearised: &LinearisedProblem| {
         LinearisedProblem::new(session, plant, &theta, noise).map(|fresh| fresh.with_steps_of(linearised))
     };
-    let mut linearised = if linearised.theta == theta { linearised } else { fresh(&linearised).unwrap_or(linearised) };
+    let is_here = linearised.theta == theta && !is_moved;
+    let mut linearised = if is_here { linearised } else { fresh(&linearised).unwrap_or(linearised) };
     linearised.take_jacobian(session, plant, &theta);
     let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
     let sigma = normal.sigmas(session);
