@@ -101,8 +101,9 @@ impl From<usize> for Rounds {
 }
 
 /// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations, as far as the
-/// session's work allows its steps: one set of sensitivities in any case. It ends no higher than at
-/// any point that a linearisation was made at, the start among them.
+/// session's work allows its steps: one set of sensitivities in any case, another one where it ends
+/// no lower than at a point that a linearisation was made at before, the start among them, which is
+/// where it ends then.
 ///
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
@@ -181,13 +182,14 @@ pub fn fit(
             _ => break,
         }
     }
-    let end = finish(session, plant, theta, noise, (linearised, is_moved), (converged, iterations))?;
+    let end = finish(session, plant, theta, noise, (linearised, is_moved), (converged, iterations));
+    let reached = end.as_ref().map_or(f64::INFINITY, |end| end.objective);
     match least {
-        Some((least, at)) if least + CONVERGED < end.objective => {
+        Some((least, at)) if least + CONVERGED < reached => {
             let began = LinearisedProblem::new(session, plant, &at, noise)?;
             finish(session, plant, at, noise, (began, false), (false, iterations))
         }
-        _ => Ok(end),
+        _ => end,
     }
 }
 
@@ -212,8 +214,8 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Objective, Jacobian and posterior at `theta`, on a fresh linearisation where steps were taken
-/// since the last one.
+/// Objective, Jacobian and posterior at `theta`, on a fresh linearisation where steps since the
+/// last one gained more than is worth a step.
 fn finish(
     session: &EstimationSession<'_>,
     plant: &Plant,

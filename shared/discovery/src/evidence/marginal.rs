@@ -20,6 +20,7 @@
 //! taken as independent given the free parameters.
 
 use identification::fit::Normal;
+use identification::fit::bounded::bounded;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Where the range of a number ends.
@@ -50,21 +51,16 @@ pub(super) fn log_mass(a: f64, b: f64) -> f64 {
 /// Of all numbers of `normal`, further columns with prior rows of their own among them, up to the
 /// constant `−n/2 ln 2π` of n readings; `None` where M is not positive.
 pub(super) fn log_marginal(normal: &Normal, bounds: &[Bound]) -> Option<f64> {
-    let mut held: Vec<Held> = Vec::new();
-    loop {
-        let solved = Solved::new(normal, &held)?;
-        let left = |bound: &Bound| {
-            let at = solved.free.iter().position(|i| *i == bound.place)?;
-            let ([down, up], step) = (bound.room, solved.step[at]);
-            let end = if step < down { down } else { up };
-            (step < down || step > up).then_some(Held { place: bound.place, at: end, is_upper: step > up })
-        };
-        let beyond: Vec<Held> = bounds.iter().filter_map(left).collect();
-        if beyond.is_empty() {
-            return Some(solved.log_marginal(normal, bounds, &held));
-        }
-        held.extend(beyond);
-    }
+    let places: Vec<usize> = (0..normal.matrix.nrows()).collect();
+    let mut room = vec![[f64::NEG_INFINITY, f64::INFINITY]; places.len()];
+    bounds.iter().for_each(|bound| room[bound.place] = bound.room);
+    let (_, x) = bounded(&normal.matrix, &normal.right, &room, &places)?;
+    let at_edge = |bound: &Bound| {
+        let (at, [down, up]) = (x[bound.place], bound.room);
+        (at <= down || at >= up).then_some(Held { place: bound.place, at, is_upper: at >= up })
+    };
+    let held: Vec<Held> = bounds.iter().filter_map(at_edge).collect();
+    Some(Solved::new(normal, &held)?.log_marginal(normal, bounds, &held))
 }
 
 /// The normal equations of the unknowns and the columns at `kept`.

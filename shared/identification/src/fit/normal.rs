@@ -2,6 +2,7 @@
 
 use super::bounded::bounded;
 use super::estimation_session::EstimationSession;
+use crate::problem::Unknown;
 use estimation::levenberg_marquardt::damped_step;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -64,36 +65,29 @@ impl Normal {
         Cholesky::new(self.matrix.view((0, 0), (n, n)).into_owned())
     }
 
-    /// Step in θ and the decrease of the objective it promises; unknowns at an edge stay there.
+    /// Step in θ and the decrease of the objective it promises; unknowns at an edge do not leave
+    /// their range.
     pub fn step(&self, session: &EstimationSession<'_>, theta: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
         let n = self.unknowns;
         let unknowns = &session.problem.unknowns;
-        let mut fixed = vec![false; n];
-        for _ in 0..4 {
-            let mut matrix = self.matrix.view((0, 0), (n, n)).into_owned();
-            let mut right = self.right.rows(0, n).into_owned();
-            for i in 0..n {
-                if fixed[i] {
-                    matrix.row_mut(i).fill(0.0);
-                    matrix.column_mut(i).fill(0.0);
-                    (matrix[(i, i)], right[i]) = (1.0, 0.0);
-                }
-            }
-            let solved = damped_step(matrix, &right, damping)?;
-            let promised = solved.dot(&right);
-            let step: Vec<f64> = solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect();
-            let mut again = false;
-            for i in 0..n {
-                let leaves =
-                    (theta[i] <= unknowns[i].low && step[i] < 0.0) || (theta[i] >= unknowns[i].high && step[i] > 0.0);
-                again |= leaves && !fixed[i];
-                fixed[i] |= leaves;
-            }
-            if !again {
-                return Some((step, promised));
-            }
+        let matrix = self.matrix.view((0, 0), (n, n)).into_owned();
+        let right = self.right.rows(0, n).into_owned();
+        let leaves = |step: &[f64]| {
+            let own = step.iter().zip(theta).zip(unknowns);
+            own.into_iter().any(|((s, t), u)| (*t <= u.low && *s < 0.0) || (*t >= u.high && *s > 0.0))
+        };
+        let mut solved: Vec<f64> = damped_step(matrix.clone(), &right, damping)?.iter().copied().collect();
+        if leaves(&solved) {
+            let mut damped = matrix;
+            (0..n).for_each(|i| damped[(i, i)] *= 1.0 + damping);
+            let edge = |at: bool, end: f64| if at { 0.0 } else { end };
+            let room =
+                |(t, u): (&f64, &Unknown)| [edge(*t <= u.low, f64::NEG_INFINITY), edge(*t >= u.high, f64::INFINITY)];
+            let room: Vec<[f64; 2]> = theta.iter().zip(unknowns).map(room).collect();
+            solved = bounded(&damped, &right, &room, &(0..n).collect::<Vec<_>>())?.1;
         }
-        None
+        let promised = solved.iter().zip(right.iter()).map(|(s, right)| s * right).sum();
+        Some((solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect(), promised))
     }
 
     /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and

@@ -60,6 +60,16 @@ fn two_bounds_are_near_the_integral() {
     assert!((found - summed).abs() < 0.1, "{found} {summed}");
 }
 
+/// Freely the two would leave by opposite ends: once one is held, the other one stays inside.
+#[test]
+fn a_number_that_comes_back_from_its_edge_is_inside() {
+    let own = normal(DMatrix::from_row_slice(2, 2, &[50.0, 49.0, 49.0, 50.0]), &[80.0, 60.0]);
+    let rooms = [[f64::NEG_INFINITY, 1.0], [0.0, f64::INFINITY]];
+    let bounds = [0, 1].map(|place| Bound { place, room: rooms[place], prior: rooms[place] });
+    let (found, summed) = (log_marginal(&own, &bounds).unwrap(), by_sum(&own, rooms));
+    assert!((found - summed).abs() < 0.3, "{found} {summed}");
+}
+
 #[test]
 fn a_direction_that_no_reading_feels_costs_nothing_and_a_sharp_one_its_width() {
     let flat = normal(DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]), &[0.0, 0.0]);
