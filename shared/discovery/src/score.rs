@@ -17,6 +17,7 @@ pub mod candidates;
 mod columns;
 pub(crate) mod forcing;
 mod instants;
+pub(crate) mod kinetic;
 mod lines;
 mod noise_free;
 mod orders;
@@ -25,6 +26,7 @@ pub(crate) mod robust;
 mod thin;
 
 pub use candidates::{Candidate, candidates};
+pub(crate) use columns::propagator;
 pub use columns::{Column, columns};
 pub use instants::{Instants, instants};
 pub use lines::{Lines, lines};

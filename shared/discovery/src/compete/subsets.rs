@@ -470,7 +470,7 @@ pub(super) mod tests {
             felt: None,
             tries,
         };
-        Column { candidate, raw: Vec::new(), step: 1.0 }
+        Column { candidate, raw: Vec::new(), step: 1.0, push: None }
     }
 
     /// The normal equations of a hypothesis against the orthogonal projection that scores are made

@@ -8,7 +8,7 @@ use super::propose::{Proposal, WORTH};
 use identification::filter::{DISTURBANCE, NoiseModel};
 use identification::fit::EstimationSession;
 
-/// Disturbances about `model` that nobody stated: all that explain something at once, and the best
+/// Disturbances of unspecified size about `model`: all that explain something at once, and the best
 /// of them.
 pub(super) fn of_disturbances(ground: Ground<'_>, model: &Model) -> Vec<Proposal> {
     let Some(session) = model.session(ground) else { return Vec::new() };
@@ -16,7 +16,7 @@ pub(super) fn of_disturbances(ground: Ground<'_>, model: &Model) -> Vec<Proposal
     at.evidence(&[], &model.noise).map_or(Vec::new(), |(bare, _)| at.proposals(bare))
 }
 
-/// A model on its linear problem with disturbances that nobody stated.
+/// A model on its linear problem with disturbances of unspecified size.
 pub(super) struct Disturbed<'a> {
     pub ground: Ground<'a>,
     pub session: &'a EstimationSession<'a>,

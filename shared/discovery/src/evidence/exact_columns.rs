@@ -1,4 +1,4 @@
-//! Exact numbers of the plant file as further columns of a model.
+//! Exact parameters of the plant file as further columns of a model.
 
 use super::exact::{Exact, exact};
 use super::hypothesis::Hypothesis;

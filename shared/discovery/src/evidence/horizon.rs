@@ -179,7 +179,9 @@ impl Horizons {
         let sums = Sums { own: self, after, before, block_s };
         let all: Vec<usize> = (0..self.sites.len()).filter(|site| sums.of(*site, &|_, _, v| v) > 0.0).collect();
         let level = 2.0 * WORSE / all.len().max(1) as f64;
-        let site = |site: &usize| sums.site(*site, level);
+        // every length looks at every channel: by chance each may be felt at any
+        let by_chance = WORSE / (all.len() * self.lengths.len()).max(1) as f64;
+        let site = |site: &usize| sums.site(*site, level, by_chance);
         let whole = blocks(&sums.series(None, &|before, after, v| (before - after) / v), block_s);
         let before = sums.series(None, &|before, _, v| before / v).iter().map(|(_, own)| own).sum();
         Compared { window_s: after.window_s, sites: all.iter().map(site).collect(), whole, before }
@@ -234,13 +236,13 @@ impl Sums<'_> {
         self.series(Some(site), term).iter().map(|(_, own)| own).sum()
     }
 
-    fn site(&self, site: usize, level: f64) -> Site {
+    fn site(&self, site: usize, level: f64, by_chance: f64) -> Site {
         let count = self.of(site, &|_, _, _| 1.0).max(1.0);
         let mean = |term: Term<'_>| self.of(site, term) / count;
         let (before, after, noise) = (mean(&|b, _, _| b), mean(&|_, a, _| a), mean(&|_, _, v| v));
         let change = blocks(&self.series(Some(site), &|b, a, _| b - a), self.block_s);
-        let is_felt =
-            before > noise && exceeds_noise(&self.whitened(site), 1.0 - (self.own.white[site] / noise).min(1.0));
+        let driven = 1.0 - (self.own.white[site] / noise).min(1.0);
+        let is_felt = before > noise && exceeds_noise(&self.whitened(site), driven, by_chance);
         Site {
             name: self.own.sites[site].clone(),
             before: before.sqrt(),
@@ -254,12 +256,12 @@ impl Sums<'_> {
 }
 
 /// The mean square of distances lies above what that of noise with their correlations reaches but
-/// with a probability of [`WORSE`]: χ² of as many degrees of freedom as they have independent
+/// with a probability of `by_chance`: χ² of as many degrees of freedom as they have independent
 /// values. `driven` is the share of the noise that is not white: it has no larger correlation.
-fn exceeds_noise(whitened: &[f64], driven: f64) -> bool {
+fn exceeds_noise(whitened: &[f64], driven: f64, by_chance: f64) -> bool {
     let square = whitened.iter().map(|r| r * r).sum::<f64>();
     let freedom = independent(whitened, square, driven);
-    !whitened.is_empty() && square / whitened.len() as f64 > chi_squared_quantile(1.0 - WORSE, freedom) / freedom
+    !whitened.is_empty() && square / whitened.len() as f64 > chi_squared_quantile(1.0 - by_chance, freedom) / freedom
 }
 
 /// Independent values among these: `n / Σ (1 − |τ|/n) ρ(τ)²`, at least one. Products at a lag are

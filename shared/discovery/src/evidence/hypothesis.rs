@@ -38,7 +38,7 @@ pub(super) struct Part {
     pub amplitude: Vec<f64>,
     /// Standard deviation of the amplitude's prior in a fit.
     pub scale: f64,
-    /// Logarithm of the number of points that the kept shape parameters were picked from, and of
+    /// Logarithm of the number of points that shape parameters were picked from, of
     /// the amplitude's prior width over `scale`.
     pub log_points: f64,
     /// `(low, high)` over which a searched number is log-uniform, or the middle of a width.
@@ -162,9 +162,10 @@ pub(super) fn part(
             (Role::Onset, _) => log_points += libm::log(duration_s / period_s),
             (Role::Duration, _) if *value < duration_s => log_points += libm::log(duration_s / period_s),
             (Role::Duration, _) => {}
-            (role, true) => inner.extend(
-                prior_of(role, parameter, (duration_s, period_s), moves, &picked()).map(|prior| (*name, prior)),
-            ),
+            (role, true) => match prior_of(role, parameter, (duration_s, period_s), moves, &picked()) {
+                Some(prior) => inner.push((*name, prior)),
+                None => log_points += libm::log(picked().len().max(1) as f64),
+            },
             (_, false) => log_points += libm::log(picked().len().max(1) as f64),
         }
     }

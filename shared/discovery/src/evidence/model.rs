@@ -212,7 +212,10 @@ pub(super) fn settled(
     let width = linear.log_width(&noise, &prior)?;
     let swap = log_swap(set, &problem.unknowns, &fit.theta);
     let points: f64 = set.iter().map(Hypothesis::log_points).sum();
-    let log_marginal = log_marginal(&normal, &bounds(&problem, &fit, &normal))? + width + swap - points;
+    // the fit's end is the mode: what its linear problem promises beside it no fit has confirmed
+    let promised = normal.objective - normal.least()?.0;
+    let own = log_marginal(&normal, &bounds(&problem, &fit, &normal))? - 0.5 * promised;
+    let log_marginal = own + width + swap - points;
     let terms = Instants::new(&session, &fit.linearised.linears, &noise)?;
     let model =
         Model { set: set.to_vec(), start, fit, noise, objective, log_marginal, terms, problem: problem.clone() };

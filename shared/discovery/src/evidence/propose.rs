@@ -12,6 +12,8 @@ use super::model::{Ground, Model, cut_at_nothing, key};
 use super::noise::{Linearly, NoisePrior};
 use super::pool::{BEAM, without_noise};
 use super::screen::{Rated, Screened};
+use crate::score::Candidate;
+use dynamics::description::SiteKind;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Normal};
 
@@ -204,21 +206,25 @@ impl Look<'_> {
         all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
     }
 
-    /// One law at every like site, of those that are promising at one of them.
+    /// One law at every like site (all joints, all wheels, all thrusters), of those that are
+    /// promising at one of them.
     fn groups(&self, singles: &[Linear], bare: f64, best: f64) -> Vec<Proposal> {
-        let mut kinds: Vec<&str> = Vec::new();
-        for own in singles {
-            let kind = self.screened.rated[own.place].column.candidate.effect.kind;
-            if !kinds.contains(&kind) {
-                kinds.push(kind);
+        let plant = &self.model.problem.plant;
+        let is_like = |a: &Candidate, b: &Candidate| a.effect.kind == b.effect.kind && plant.alike(&a.site, &b.site);
+        let mut kinds: Vec<&Candidate> = Vec::new();
+        for own in singles.iter().map(|own| &self.screened.rated[own.place].column.candidate) {
+            if !kinds.iter().any(|known| is_like(known, own)) {
+                kinds.push(own);
             }
         }
-        let group = |kind: &&str| {
-            let like = |rated: &&Rated| rated.column.candidate.effect.kind == *kind;
+        let group = |kind: &&Candidate| {
+            let like = |rated: &&Rated| is_like(&rated.column.candidate, kind);
             let parts: Vec<&Rated> = self.screened.rated.iter().filter(like).collect();
             let is_felt = parts.iter().filter(|own| own.log_bayes > 0.0).count() > 1;
             (parts.len() > 1 && is_felt).then(|| self.set(&parts, bare, true)).flatten()
         };
+        // sensors fail one by one: a group of them is a set under another name
+        kinds.retain(|kind| kind.site.kind != SiteKind::Sensor);
         kinds.iter().filter_map(group).filter(|own| own.log_bayes > best.max(WORTH)).take(GROUPS_MAX).collect()
     }
 

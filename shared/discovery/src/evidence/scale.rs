@@ -6,10 +6,16 @@
 //! frozen filter is compared with the effect's column, both in stated standard deviations of the
 //! sensors. For an error of a reading it is the channel's own variation that is added. Along an
 //! imposed motion nothing is driven: there the readings of loads say what acts.
+//!
+//! Readings that hardly show a push say nothing of its size: a torque on a ball whose turning no
+//! sensor reads could have any. The standard deviation of a law that is a push is limited to the
+//! amplitude whose changes of the rates have the size of all those of the record, in the metric of
+//! the kinetic energy ([`Kinetic`]).
 
 use super::decide::AMPLITUDE_SCALE;
-use crate::score::Column;
 use crate::score::forcing::{Sources, respond};
+use crate::score::kinetic::Kinetic;
+use crate::score::{Column, propagator};
 use dynamics::description::{Plant, SensorKind, SiteKind};
 use identification::filter::Linear;
 use identification::fit::{EstimationSession, LinearisedProblem};
@@ -19,10 +25,12 @@ use identification::problem::Timeline;
 /// began, not what drives it.
 const READING_WINDOWS: usize = 20;
 
-/// Sizes of what drives a record [stated standard deviations, over all samples].
+/// Sizes of what drives a record: seen by readings [stated standard deviations, over all samples],
+/// and in the metric of the kinetic energy [√J].
 pub(super) struct Drive {
     motion: f64,
     readings: Vec<f64>,
+    push: f64,
 }
 
 impl Drive {
@@ -40,8 +48,14 @@ impl Drive {
         let readings: Vec<f64> = readings.collect();
         let is_imposed = plant.actuators.iter().any(|actuator| actuator.kind.is_imposed());
         let loads = plant.sensors.iter().zip(&readings).filter(|(sensor, _)| is_imposed && is_load(&sensor.kind));
-        let motion = loads.fold(size(&pushes), |sum: f64, (_, own)| sum.hypot(*own));
-        Self { motion, readings }
+        let motion = loads.fold(size(&driven), |sum: f64, (_, own)| sum.hypot(*own));
+        let push = |(run, linear): (usize, &Linear)| {
+            let mut base = propagator(session, plant, &linearised.theta, run)?;
+            let all = pushes(linear, &session.timelines[run], &rates(linear));
+            Some(Kinetic::new(linear, &mut base).square(&all.state))
+        };
+        let push: Option<f64> = linearised.linears.iter().enumerate().map(push).sum();
+        Self { motion, readings, push: push.unwrap_or(0.0).sqrt() }
     }
 
     /// Prior standard deviation of the amplitude of `column`; `None` where nothing drives or
@@ -59,7 +73,9 @@ impl Drive {
             all.map(|(c, channel)| (c / session.noise.sensor_sigma[*channel]).powi(2)).sum::<f64>().sqrt()
         };
         let felt = column.raw.iter().map(size).fold(0.0, f64::max);
-        let scale = AMPLITUDE_SCALE * own / felt;
+        let push = column.push.filter(|push| *push > 0.0 && self.push > 0.0);
+        let most = push.map_or(f64::INFINITY, |push| self.push / push);
+        let scale = AMPLITUDE_SCALE * (own / felt).min(most);
         (scale.is_finite() && scale > 0.0).then_some(scale)
     }
 }
@@ -69,22 +85,34 @@ fn is_load(kind: &SensorKind) -> bool {
     matches!(kind, SensorKind::JointTorque { .. } | SensorKind::Force { .. } | SensorKind::Torque { .. })
 }
 
-/// Every interval's change of the rates that noise inputs move.
-fn pushes(linear: &Linear, timeline: &Timeline) -> Sources {
+/// Places of all rates in a small change of state.
+fn rates(linear: &Linear) -> Vec<usize> {
+    let (n, x) = (linear.layout.tangent, linear.state_names.len());
+    (0..n).filter(|row| linear.names[*row].ends_with(".rate") || x == n).collect()
+}
+
+/// Every interval's change of the rates that noise inputs move most.
+fn driven(linear: &Linear, timeline: &Timeline) -> Sources {
     let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
-    let mut sources = Sources { state: vec![0.0; timeline.events.len() * n], reading: vec![0.0; timeline.value.len()] };
     let intervals = (linear.states.len() / x.max(1)).saturating_sub(1);
     let felt = |row: usize, input: usize| {
         (0..intervals).map(|k| linear.transition[k * n * (n + m) + row * (n + m) + n + input].abs()).sum::<f64>()
     };
     let mut rows: Vec<usize> = Vec::new();
     for input in 0..m {
-        let rates = (0..n).filter(|row| linear.names[*row].ends_with(".rate") || x == n);
-        rows.extend(rates.max_by(|a, b| felt(*a, input).total_cmp(&felt(*b, input))));
+        rows.extend(rates(linear).into_iter().max_by(|a, b| felt(*a, input).total_cmp(&felt(*b, input))));
     }
     rows.sort_unstable();
     rows.dedup();
-    for row in rows {
+    pushes(linear, timeline, &rows)
+}
+
+/// Every interval's change of the rates at `rows`.
+fn pushes(linear: &Linear, timeline: &Timeline, rows: &[usize]) -> Sources {
+    let (n, x) = (linear.layout.tangent, linear.state_names.len());
+    let mut sources = Sources { state: vec![0.0; timeline.events.len() * n], reading: vec![0.0; timeline.value.len()] };
+    let intervals = (linear.states.len() / x.max(1)).saturating_sub(1);
+    for row in rows.iter().copied() {
         let Some(state) = linear.state_names.iter().position(|name| *name == linear.names[row]) else { continue };
         for k in 0..intervals {
             sources.state[k * n + row] = linear.states[(k + 1) * x + state] - linear.updated[k * x + state];

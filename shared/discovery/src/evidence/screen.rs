@@ -85,8 +85,7 @@ pub(super) fn screen(ground: Ground<'_>, model: &Model, without: &[String]) -> O
         for score in scores.iter().flatten() {
             let column = &all[score.column];
             let Some(scale) = drive.scale(&session, plant, column) else { continue };
-            let points: Vec<&Candidate> =
-                all.iter().map(|other| &other.candidate).filter(|other| other.same_law(&column.candidate)).collect();
+            let points: Vec<&Candidate> = list.iter().filter(|other| other.same_law(&column.candidate)).collect();
             let setting = (&model.problem, plant, &linearised.linears[..]);
             let part = part(setting, period_s, column, &points, (score.amplitude.clone(), scale));
             let part = Part { kappa: score.kappa, ..part };

@@ -99,7 +99,7 @@ impl Pool {
         self.reject_supersets();
     }
 
-    /// The plant alone with the disturbances that nobody stated: where these are large, a look about
+    /// The plant alone with disturbances of unspecified size: where these are large, a look about
     /// a plant that has none finds them under the names of laws.
     fn disturb(&mut self, ground: Ground<'_>, options: &Options) {
         let Some(bare) = self.entries.first().map(|entry| entry.model.clone()) else { return };

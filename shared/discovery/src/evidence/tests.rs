@@ -199,3 +199,43 @@ fn what_explains_a_distance_is_readings_beside_disturbances_of_their_stated_size
         assert_eq!(within.sensor_sigma, session.noise.sensor_sigma);
     });
 }
+
+/// Readings of a height hardly show a torque about an axis that nothing reads.
+#[test]
+fn a_push_that_readings_hardly_show_is_no_larger_than_what_drives_the_record() {
+    let nominal = plant("ball_drop");
+    let truth = with_effect(&nominal, "quadratic_drag", "body:ball", &[("coefficient", 0.008)]);
+    let problem = Problem::new(&nominal, &[recording(&truth, 5, 3.0)], &[]).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let ground = Ground { session: &session };
+    let alone = bare(&session, &crate::diagnose::nominal(&session, &Options::default()).unwrap()).unwrap();
+    let screened = screen::screen(ground, &alone, &[]).unwrap();
+    let ball = &nominal.bodies[0];
+    let (mass, inertia) = (ball.mass_kg.value, ball.inertia_com_kg_m2[2].value);
+    // the torque that does in a second the work of the weight on the mass: m g² = τ²/J
+    let weight = 9.81 * mass;
+    for (kind, most) in [("constant_torque", weight * (inertia / mass).sqrt()), ("constant_force", weight)] {
+        let is_it = |own: &&screen::Rated| own.column.candidate.effect.kind == kind;
+        let scale = screened.rated.iter().find(is_it).unwrap().part.scale;
+        assert!(scale < 1.5 * most, "{kind}: {scale} of {most}");
+    }
+}
+
+/// Six sensors that drift at once are six faults, and no group.
+#[test]
+fn sensors_fail_one_by_one() {
+    let nominal = plant("oscillator");
+    let names: Vec<String> = nominal.sensors.iter().map(|sensor| format!("sensor:{}", sensor.name)).collect();
+    assert!(names.len() > 1);
+    let mut truth = nominal.clone();
+    for name in &names {
+        truth.add_effect("sensor_drift", &name.parse().unwrap(), &[("rate", 0.05)]).unwrap();
+    }
+    about_bare(recording(&truth, 5, 4.0), |session, model| {
+        let ground = Ground { session };
+        let screened = screen::screen(ground, model, &[]).unwrap();
+        let (list, _) = propose::proposals(ground, model, &screened, 4.0);
+        let is_group = |own: &&hypothesis::Hypothesis| own.parts().len() > 1 && own.class() == decide::Class::Sensor;
+        assert!(list.iter().flat_map(|own| &own.set).filter(is_group).count() == 0);
+    });
+}

@@ -282,11 +282,13 @@ fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -
     points
 }
 
-/// Amplitudes at which a law is evaluated; one that is free where the law is nearly linear.
+/// Amplitudes at which a law is evaluated: one that is felt a little, and given ones where its
+/// shape depends on it.
 fn amplitudes(effect: &Effect) -> Vec<Option<f64>> {
     let first = &effect.parameters[0];
     let Scan::TimesDefault(factors) = first.scan else { return vec![None] };
-    factors.iter().map(|factor| Some((factor * first.default).clamp(first.low, first.high))).collect()
+    let given = factors.iter().map(|factor| Some((factor * first.default).clamp(first.low, first.high)));
+    core::iter::once(None).chain(given).collect()
 }
 
 /// The angle that turns the amplitude, and how often the law repeats while the angle turns once.
@@ -319,6 +321,7 @@ fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Mot
     let duration = setting.duration_s;
     match parameter.scan {
         Scan::At(value) => vec![value],
+        Scan::Each(values) => values.to_vec(),
         Scan::TimesDefault(factors) => times(factors, parameter.default),
         Scan::OfRate(shares) if rate > 0.0 => times(shares, rate),
         Scan::OfRange(shares) if range > 0.0 => times(shares, range),

@@ -5,7 +5,7 @@ use super::Candidate;
 use super::candidates::Direction;
 use super::forcing::{Course, Sources, comparable, respond};
 use dynamics::description::{Plant, SiteKind};
-use dynamics::effect::{Law, Role};
+use dynamics::effect::{Family, Law, Role};
 use identification::dot::dot;
 use identification::filter::{Gains, Propagator, gains, whiten};
 use identification::fit::{EstimationSession, LinearisedProblem, parallel};
@@ -18,6 +18,9 @@ pub struct Column {
     pub raw: Vec<Vec<f64>>,
     /// Amplitude of the pass.
     pub step: f64,
+    /// Largest push of a direction per amplitude, in the metric of the kinetic energy [√J]; `None`
+    /// where it was not taken from the forcing of the linear model.
+    pub push: Option<f64>,
 }
 
 /// Whitened size of the change that a pass aims at [standard deviations]: small against the
@@ -26,6 +29,9 @@ const PASS_SIZE_SIGMA: f64 = 2.0;
 /// Whitened size at half the largest amplitude that is rounding, negligible.
 const NEGLIGIBLE_SIZE: f64 = 1e-3;
 const TRIES: usize = 8;
+/// Passes beside that one, over its amplitude, where a law is not in proportion to it: to effects
+/// of some thirty standard errors.
+const LARGER: [f64; 2] = [4.0, 16.0];
 /// Share of an amplitude beside which the rest of its change is the law's.
 const LINEAR_SHARE: f64 = 0.1;
 
@@ -66,24 +72,37 @@ fn law(
     let mut own = |(place, point): (usize, &Candidate)| {
         let mut point = Candidate { felt: point.felt.or(felt), ..point.clone() };
         point.directions.retain(|direction| !silent.contains(direction));
-        let found = column_of((session, linearised), plant, theta, &point, (found, courses));
+        let own = |point: &Candidate| column_of((session, linearised), plant, theta, point, (found, courses));
+        let found = own(&point);
         felt = found.felt;
         if place == 0 && is_a_part_that_swings(&point) {
             silent = found.silent;
         }
-        found.column
+        let sizes = found.column.as_ref().map_or_else(Vec::new, |column| larger(column, &point));
+        let at_sizes = sizes.into_iter().filter_map(|at| own(&Candidate { at: Some(at), ..point.clone() }).column);
+        let at_sizes: Vec<Column> = at_sizes.collect();
+        found.column.into_iter().chain(at_sizes)
     };
-    points.iter().enumerate().filter_map(&mut own).collect()
+    points.iter().enumerate().flat_map(&mut own).collect()
+}
+
+/// Larger amplitudes at which a gap is looked at: what it does is not in proportion to its width.
+/// What a law does that forces the linear model is.
+fn larger(column: &Column, point: &Candidate) -> Vec<f64> {
+    let is_gap = point.effect.family == Family::Clearance && point.at.is_none() && column.push.is_none();
+    let sizes = LARGER.map(|factor| factor * column.step);
+    sizes.into_iter().filter(|at| is_gap && *at < point.high).collect()
 }
 
 /// The effect adds an oscillator of its own: what excites it shows most at its softest, which is
-/// the first point of its grid; a direction without response there has none at any frequency.
+/// the first point of its grid; a direction without response there has none at any frequency. A
+/// direction that only a lever excites is that of a law of rotation.
 fn is_a_part_that_swings(candidate: &Candidate) -> bool {
     let swings = candidate.inner_with(Role::Frequency).is_some();
     swings && matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
 }
 
-fn propagator<'a>(
+pub(crate) fn propagator<'a>(
     session: &'a EstimationSession<'_>,
     plant: &Plant,
     theta: &[f64],
@@ -111,28 +130,29 @@ fn column_of(
     (found, courses): (&[Gains], &[Course<'_>]),
 ) -> Done {
     let (mut felt, mut silent) = (Some(0.0f64), Vec::new());
-    let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0 };
+    let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0, push: Some(0.0) };
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
         // a direction without response (out of the plane) would make the others singular
         let forced = || forced(session, linearised, (plant, courses), theta, (candidate, direction));
         let forced = candidate.at.is_none().then(forced).flatten();
         let found = match forced {
-            Some(forced) => forced,
+            Some(forced) => forced.map(|(raw, step, push)| (raw, step, Some(push))),
             None => {
                 let passed = along(session, linearised, plant, theta, (candidate, direction), found);
                 let own = passed.as_ref().filter(|(.., is_felt)| *is_felt).map(|(_, step, _)| *step);
                 felt = felt.zip(own).map(|(a, b)| a.max(b));
-                passed.map(|(raw, step, _)| (raw, step))
+                passed.map(|(raw, step, _)| (raw, step, None))
             }
         };
-        let Some((raw, step)) = found else { continue };
+        let Some((raw, step, push)) = found else { continue };
         if 0.5 * candidate.range(direction)[1] * stated_size(session, &raw) < NEGLIGIBLE_SIZE {
             silent.push(candidate.directions[direction].clone());
             continue;
         }
         column.candidate.directions.push(candidate.directions[direction].clone());
         column.step = column.step.max(step);
+        column.push = column.push.zip(push).map(|(most, push)| most.max(push));
         column.raw.push(raw);
     }
     Done { column: (!column.raw.is_empty()).then_some(column), felt: felt.filter(|step| *step > 0.0), silent }
@@ -145,8 +165,8 @@ const NONLINEARITY_MAX: f64 = 0.02;
 /// Instants at which the linearity of a law is tested.
 const LINEARITY_TEST_INSTANTS: usize = 60;
 
-/// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has
-/// states, lags or parts of its own.
+/// Column of one direction by forcing, its amplitude and its push per amplitude. Outer `None`: the
+/// law is not linear in its amplitude, or has states, lags or parts of its own.
 #[allow(clippy::option_option)]
 fn forced(
     session: &EstimationSession<'_>,
@@ -154,7 +174,7 @@ fn forced(
     (plant, courses): (&Plant, &[Course<'_>]),
     theta: &[f64],
     (candidate, direction): (&Candidate, usize),
-) -> Option<Option<(Vec<f64>, f64)>> {
+) -> Option<Option<(Vec<f64>, f64, f64)>> {
     let default = candidate.effect.parameters[0].default.abs();
     let large = if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high };
     let with = |amplitude: f64| -> Option<Plant> {
@@ -166,7 +186,7 @@ fn forced(
     // a sensor moves nothing: commands are those recorded
     let readings_alone = candidate.site.kind == SiteKind::Sensor;
     let mut raw = vec![0.0; linearised.nu.len()];
-    let mut any = false;
+    let (mut any, mut push) = (false, 0.0);
     for (run, (linear, course)) in linearised.linears.iter().zip(courses).enumerate() {
         let timeline = &session.timelines[run];
         let mut other = propagator(session, &small, theta, run)?;
@@ -180,6 +200,7 @@ fn forced(
         let all = (!bends).then(|| course.sources(&mut other, readings_alone, 1));
         session.work.add(other.work() + much.work());
         let all = all?;
+        push += course.kinetic.square(&all.state);
         let change = respond(linear, timeline, &all);
         any |= change.iter().any(|c| *c != 0.0);
         if !change.iter().all(|c| c.is_finite()) {
@@ -190,7 +211,7 @@ fn forced(
         }
     }
     // a law without effect at this amplitude may have one at its usual size
-    any.then_some(Some((raw, large)))
+    any.then(|| Some((raw, large, push.sqrt() / (FORCING_AMPLITUDE * large))))
 }
 
 /// Distance of two sets of sources per amplitude, relative to the larger.
@@ -335,42 +356,4 @@ fn change(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::score::{Instants, Lines, candidates};
-    use crate::synthetic::{plant as deployed, problem, recording};
-
-    /// The points of `kinds` that do something, one after the other and each alone; and how many
-    /// there are.
-    fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<String>, usize) {
-        let nominal = deployed(name);
-        let problem = problem(&nominal, recording(&nominal, 3, duration_s));
-        let session = EstimationSession::new(&problem, 1).unwrap();
-        let theta = session.prior();
-        let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
-        let jumps = (&Lines::default(), &[][..], &Instants::default());
-        let period_s = session.timelines[0].period_s;
-        let mut list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
-        list.retain(|candidate| kinds.contains(&candidate.effect.kind));
-        let of = |list: &[Candidate]| columns((&session, &linearised), &nominal, &theta, list);
-        let reported = |c: Column| format!("{:?} {:?}", c.candidate, c.candidate.directions);
-        let alone = list.iter().flat_map(|candidate| of(core::slice::from_ref(candidate)));
-        (of(&list).into_iter().map(reported).collect(), alone.map(reported).collect(), list.len())
-    }
-
-    #[test]
-    fn a_direction_without_response_at_the_softest_point_has_none_at_any_frequency() {
-        let appendages = ["appendage_left_out", "appendage_rotation_left_out"];
-        // about a fixed axis through its centre of mass a disc excites rotations and no
-        // translations
-        let (together, alone, asked) = points("drive_rig", 1.0, &appendages);
-        assert!(!alone.is_empty() && alone.len() < asked, "{} of {asked}", alone.len());
-        assert_eq!(together, alone);
-        for (name, duration_s) in [("hub_appendage", 4.0), ("tank_planar", 30.0)] {
-            let kinds = [&appendages[..], &["mode_left_out", "slosh_second_mode"]].concat();
-            let (together, alone, _) = points(name, duration_s, &kinds);
-            assert!(!alone.is_empty());
-            assert_eq!(together, alone, "{name}");
-        }
-    }
-}
+mod tests;

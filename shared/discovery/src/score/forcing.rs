@@ -13,6 +13,7 @@
 //! Exact to first order in the amplitude. Where an interval takes several steps of integration Δ is
 //! the difference of two flows.
 
+use super::kinetic::Kinetic;
 use identification::filter::{Linear, Propagator};
 use identification::problem::Timeline;
 
@@ -46,6 +47,7 @@ pub struct Course<'a> {
     end: Vec<f64>,
     /// Per sample.
     reading: Vec<f64>,
+    pub(super) kinetic: Kinetic,
 }
 
 impl<'a> Course<'a> {
@@ -65,7 +67,8 @@ impl<'a> Course<'a> {
                 motion(linear, &mut base, k, (&mut begin[own.clone()], &mut end[own]));
             }
         }
-        Self { base, linear, begin, end, reading }
+        let kinetic = Kinetic::new(linear, &mut base);
+        Self { base, linear, begin, end, reading, kinetic }
     }
 
     /// Sources of `other`, of the same run; `every`: only each such multiple of events. A change of

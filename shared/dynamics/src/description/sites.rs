@@ -1,7 +1,8 @@
 //! Places an effect can sit at: `joint:NAME`, `body:NAME`, `tank:NAME`, `mode:NAME`,
 //! `actuator:NAME`, `sensor:NAME`.
 
-use super::{JointKind, Plant};
+use super::{ActuatorKind, JointKind, Plant, SensorKind};
+use core::mem::{Discriminant, discriminant};
 
 /// Kind of a site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,5 +75,61 @@ impl Plant {
             SiteKind::Actuator => self.actuators.iter().map(|actuator| site(&actuator.name)).collect(),
             SiteKind::Sensor => self.sensors.iter().map(|sensor| site(&sensor.name)).collect(),
         }
+    }
+
+    /// The sites are machines of one kind: two wheels are, a wheel and a thruster are not.
+    pub fn alike(&self, a: &Site, b: &Site) -> bool {
+        let same = |kind: &dyn Fn(&Site) -> Option<Machine>| kind(a).is_some() && kind(a) == kind(b);
+        let joint = |site: &Site| Some(Machine::Joint(discriminant(&self.joint(&site.name)?.kind)));
+        let actuator = |site: &Site| Some(Machine::Actuator(discriminant(&self.actuator(&site.name)?.kind)));
+        let sensor = |site: &Site| Some(Machine::Sensor(discriminant(&self.sensor(&site.name)?.kind)));
+        a.kind == b.kind
+            && match a.kind {
+                SiteKind::Joint => same(&joint),
+                SiteKind::Actuator => same(&actuator),
+                SiteKind::Sensor => same(&sensor),
+                SiteKind::Body | SiteKind::Tank | SiteKind::Mode => true,
+            }
+    }
+}
+
+/// What kind of machine stands at a site.
+#[derive(PartialEq)]
+enum Machine {
+    Joint(Discriminant<JointKind>),
+    Actuator(Discriminant<ActuatorKind>),
+    Sensor(Discriminant<SensorKind>),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::{Actuator, Quantity};
+
+    #[test]
+    fn two_wheels_are_alike_a_wheel_and_a_torque_are_not() {
+        let body = || "hub".to_owned();
+        let wheel = ActuatorKind::Wheel {
+            body: body(),
+            axis: [0.0, 0.0, 1.0],
+            inertia_kg_m2: Quantity::known(0.01),
+            viscous_friction_n_m_s_rad: Quantity::known(0.0),
+            initial_speed_rad_s: Quantity::known(0.0),
+        };
+        let torque = ActuatorKind::BodyTorque { body: body(), direction: [0.0, 0.0, 1.0] };
+        let actuator = |name: &str, kind: &ActuatorKind| Actuator {
+            name: name.to_owned(),
+            kind: kind.clone(),
+            command: Vec::new(),
+            noise: Quantity::known(0.0),
+            range: None,
+            recorded: true,
+        };
+        let actuators = vec![actuator("a", &wheel), actuator("b", &wheel), actuator("c", &torque)];
+        let plant = Plant { actuators, ..Plant::default() };
+        let site = |name: &str| Site { kind: SiteKind::Actuator, name: name.to_owned() };
+        assert!(plant.alike(&site("a"), &site("b")));
+        assert!(!plant.alike(&site("a"), &site("c")));
+        assert!(!plant.alike(&site("a"), &Site { kind: SiteKind::Body, name: body() }));
     }
 }

@@ -71,6 +71,13 @@ impl System {
         mass_matrix(&self.model, &mut ws.data, &ws.position[..self.layout.q_len], mass);
     }
 
+    /// Where the velocities stand in a small change of state, and the row of the mass matrix of
+    /// each.
+    pub fn velocities(&self) -> (Range<usize>, &[usize]) {
+        let end = self.tangent_len() - self.layout.hidden;
+        (end - self.layout.velocities()..end, &self.layout.free_velocities)
+    }
+
     /// Rates of state where `ws` was last placed, at the acceleration of its last residual.
     pub fn rates_in_place(&self, ws: &mut Workspace<f64>, x_dot: &mut [f64]) {
         self.write_rates(ws, x_dot);

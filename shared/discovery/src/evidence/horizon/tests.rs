@@ -9,7 +9,7 @@ const SAMPLES: usize = 2000;
 
 /// How many of 200 draws are taken for more than noise of which a share is driven.
 fn felt(driven: f64, draw: impl Fn(Vec<f64>) -> Vec<f64>) -> usize {
-    (0..200).filter(|seed| exceeds_noise(&draw(Noise::new(*seed).series(SAMPLES, 1.0)), driven)).count()
+    (0..200).filter(|seed| exceeds_noise(&draw(Noise::new(*seed).series(SAMPLES, 1.0)), driven, WORSE)).count()
 }
 
 /// Sums of `white`, begun again every `window` samples, each in its own standard deviations.

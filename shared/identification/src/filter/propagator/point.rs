@@ -54,6 +54,12 @@ impl Propagator<'_> {
         system.mass(ws, x, u, mass);
     }
 
+    /// The same under the inputs as event `k` begins its stretch.
+    pub fn mass_at(&mut self, k: usize, x: &[f64], mass: &mut DMatrix<f64>) {
+        self.load(self.timeline.events[k].row, &[]);
+        self.mass(x, mass);
+    }
+
     /// A step of integration of length `h` under the inputs of where this plant was last placed.
     pub fn step(&mut self, t_s: f64, h: f64, x: &mut [f64]) {
         self.integrate(t_s, h, x, None);

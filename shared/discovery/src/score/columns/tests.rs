@@ -1,0 +1,64 @@
+//! Columns of laws that hide a part, and of laws that are not in proportion to their size.
+
+use super::*;
+use crate::score::{Instants, Lines, candidates};
+use crate::synthetic::{plant as deployed, problem, recording};
+
+/// The points of `kinds` that do something, one after the other and each alone; and how many
+/// there are.
+fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<String>, usize) {
+    let nominal = deployed(name);
+    let problem = problem(&nominal, recording(&nominal, 3, duration_s));
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let theta = session.prior();
+    let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
+    let jumps = (&Lines::default(), &[][..], &Instants::default());
+    let period_s = session.timelines[0].period_s;
+    let mut list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
+    // off the body's axes a mode answers rotation, too
+    let is_on_axis =
+        |candidate: &Candidate| candidate.inner.iter().all(|(name, value)| !name.starts_with("lever") || *value == 0.0);
+    list.retain(|candidate| kinds.contains(&candidate.effect.kind) && is_on_axis(candidate));
+    let of = |list: &[Candidate]| columns((&session, &linearised), &nominal, &theta, list);
+    let reported = |c: Column| format!("{:?} {:?}", c.candidate, c.candidate.directions);
+    let alone = list.iter().flat_map(|candidate| of(core::slice::from_ref(candidate)));
+    (of(&list).into_iter().map(reported).collect(), alone.map(reported).collect(), list.len())
+}
+
+#[test]
+fn a_direction_without_response_at_the_softest_point_has_none_at_any_frequency() {
+    let appendages = ["appendage_left_out", "appendage_rotation_left_out"];
+    // about a fixed axis through its centre of mass a disc excites rotations and no
+    // translations
+    let (together, alone, asked) = points("drive_rig", 1.0, &appendages);
+    assert!(!alone.is_empty() && alone.len() < asked, "{} of {asked}", alone.len());
+    assert_eq!(together, alone);
+    for (name, duration_s) in [("hub_appendage", 4.0), ("tank_planar", 30.0)] {
+        let kinds = [&appendages[..], &["mode_left_out", "slosh_second_mode"]].concat();
+        let (together, alone, _) = points(name, duration_s, &kinds);
+        assert!(!alone.is_empty());
+        assert_eq!(together, alone, "{name}");
+    }
+}
+
+#[test]
+fn a_gap_is_looked_at_at_several_sizes_and_a_gear_softly_besides_the_given_ones() {
+    let nominal = deployed("drive_rig");
+    let problem = problem(&nominal, recording(&nominal, 3, 1.0));
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let theta = session.prior();
+    let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
+    let jumps = (&Lines::default(), &[][..], &Instants::default());
+    let period_s = session.timelines[0].period_s;
+    let list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
+    let of = |kind: &str| {
+        let own: Vec<Candidate> = list.iter().filter(|candidate| candidate.effect.kind == kind).cloned().collect();
+        columns((&session, &linearised), &nominal, &theta, &own)
+    };
+    let gaps: Vec<f64> = of("joint_backlash").iter().map(|column| column.step).collect();
+    let is_scaled = |own: &[f64]| own.len() == 3 && own[1] == 4.0 * own[0] && own[2] == 16.0 * own[0];
+    assert!(!gaps.is_empty() && gaps.chunks(3).all(is_scaled), "{gaps:?}");
+    let gears = of("joint_flexibility");
+    let soft = gears.iter().filter(|column| column.candidate.at.is_none()).count();
+    assert!(soft > 0 && soft < gears.len(), "{soft} of {}", gears.len());
+}
