@@ -2,7 +2,10 @@
 
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind, Space};
-use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Spread};
+use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Prior, Scan, Spread};
+
+/// What swings sits within some metres of where the body is described.
+const LEVER: Spread = Spread::Absolute(1.0);
 
 /// Hub-locked mode of a body taken for rigid: participation of translation `√(share m)` along each
 /// axis.
@@ -27,6 +30,7 @@ pub static EFFECT: Effect = Effect {
             0.0,
             "participation of rotation about x over that of translation",
         )
+        .with_prior(Prior::Free(LEVER))
         .out_of_plane(),
         EffectParameter::new(
             "lever_y",
@@ -35,6 +39,7 @@ pub static EFFECT: Effect = Effect {
             0.0,
             "participation of rotation about y over that of translation",
         )
+        .with_prior(Prior::Free(LEVER))
         .out_of_plane(),
         EffectParameter::new(
             "lever_z",
@@ -42,7 +47,9 @@ pub static EFFECT: Effect = Effect {
             [-20.0, 20.0],
             0.0,
             "participation of rotation about z over that of translation",
-        ),
+        )
+        .scanned(Scan::Each(&[0.0, -1.0, 1.0]))
+        .with_prior(Prior::Free(LEVER)),
     ],
     amplitude: Amplitude::ShareOfBody,
     law: Law::Structure(build),

@@ -22,6 +22,11 @@ pub fn body_with_thruster(plant: &Plant, site: &Site) -> bool {
         .any(|actuator| matches!(&actuator.kind, Thruster { body, .. } | BodyForce { body, .. } if *body == site.name))
 }
 
+/// A frame that falls freely, as orbits do: a plant that states a weight stands on a planet.
+pub fn in_free_fall(plant: &Plant, _: &Site) -> bool {
+    plant.environment.gravity_m_s2.iter().all(|gravity| gravity.value == 0.0)
+}
+
 /// At free bodies.
 pub fn free_body(plant: &Plant, site: &Site) -> bool {
     body(plant, site).is_some_and(|body| body.joint.kind == JointKind::Free)

@@ -1,5 +1,6 @@
 //! The torque of a long body in orbit.
 
+use super::applies::in_free_fall;
 use super::geometry::{constant, cross, direction, dot, push, to_body};
 use dynamics::both;
 use dynamics::description::{Plant, Site, SiteKind};
@@ -27,7 +28,7 @@ pub static EFFECT: Effect = Effect {
     family: Family::Disturbance,
     what: "T = 3 n^2 r x I r = -2 A (r.b) (r x b), r to the planet, b the long axis; in the plane -A sin 2(theta - theta_planet). Wertz 1978. \
            Written with the difference of inertia, which planar plants do not state. No site where the \
-           environment states the orbit: the torque is there already.",
+           environment states the orbit (the torque is there already) or a weight (that is no orbit).",
     signature: "Body torque with sin 2 theta of attitude and twice the orbital rate.",
     confounders: "wheel_viscous in a multisine (cosine 0.93), constant_torque and actuator_bias over a short arc, residual_dipole.",
     experiment: "Turn the body by 45 degrees, or a longer arc of the orbit.",
@@ -35,8 +36,8 @@ pub static EFFECT: Effect = Effect {
 };
 
 /// An environment that states the orbit has this torque already.
-fn left_out(plant: &Plant, _: &Site) -> bool {
-    plant.environment.gravity_gradient.is_none()
+fn left_out(plant: &Plant, site: &Site) -> bool {
+    plant.environment.gravity_gradient.is_none() && in_free_fall(plant, site)
 }
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
@@ -110,5 +111,8 @@ mod tests {
         in_orbit.environment.gravity_gradient =
             Some(GravityGradient { orbit_rate_rad_s: Quantity::known(1e-3), phase_rad: Quantity::known(0.0) });
         assert!(sites(&EFFECT, &in_orbit).is_empty());
+        let mut on_ground = plant();
+        on_ground.environment.gravity_m_s2[1] = Quantity::known(-9.81);
+        assert!(sites(&EFFECT, &on_ground).is_empty());
     }
 }

@@ -2,7 +2,7 @@
 
 use super::parts;
 use dynamics::description::{EffectUse, Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Family, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law, Prior, Scan, Spread};
 
 /// Backlash between motor and link: a contact `−k (x − b sgn x) − c x'` beyond a half gap b.
 pub static EFFECT: Effect = Effect {
@@ -17,7 +17,8 @@ pub static EFFECT: Effect = Effect {
             [1e-3, 1e6],
             10.0,
             "force that presses the flanks in by b: stiffness k = load / b",
-        ),
+        )
+        .scanned(Scan::Each(&[10.0, 1e3])),
         EffectParameter::new("contact_time", "s", [0.0, 1.0], 1e-3, "damper c = k T while in contact"),
         EffectParameter::new(
             "inertia_share",
@@ -25,7 +26,8 @@ pub static EFFECT: Effect = Effect {
             [1e-3, 0.9],
             0.1,
             "share of the link that moves with the motor, where the joint states no rotor inertia",
-        ),
+        )
+        .with_prior(Prior::Free(Spread::Relative(1.0))),
     ],
     law: Law::Structure(build),
     family: Family::Clearance,

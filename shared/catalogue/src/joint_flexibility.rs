@@ -2,7 +2,7 @@
 
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Family, Law, Scan, Spread};
+use dynamics::effect::{Effect, EffectParameter, Family, Law, Prior, Scan, Spread};
 
 /// Flexibility between motor and link: a spring and a damper behind the gear.
 pub static EFFECT: Effect = Effect {
@@ -22,7 +22,8 @@ pub static EFFECT: Effect = Effect {
             [1e-3, 0.9],
             0.1,
             "share of the link that moves with the motor, where the joint states no rotor inertia",
-        ),
+        )
+        .with_prior(Prior::Free(Spread::Relative(1.0))),
     ],
     law: Law::Structure(build),
     family: Family::Flexibility,
@@ -64,9 +65,10 @@ mod tests {
         assert_eq!((arm.joint.name.as_str(), arm.parent.as_deref()), ("elbow_gear", Some("elbow_motor")));
         assert_eq!(motor.joint.position_m, plant().bodies[1].joint.position_m);
         let link = 1.2 + 10.0 * 0.36; // about the joint
-        // motor and rest of the link together are the link
-        assert!((motor.mass_kg.value - 1.0).abs() < 1e-15 && (arm.mass_kg.value - 9.0).abs() < 1e-15);
-        assert_eq!(motor.com_m, plant().bodies[1].com_m);
+        // the rotor turns about the joint, motor and rest of the link together are the link
+        assert_eq!((motor.mass_kg.value, arm.mass_kg.value), (0.0, 10.0));
+        let about_z = |body: &dynamics::description::Body| body.inertia_com_kg_m2[2].value;
+        assert!((about_z(motor) - 0.1 * link).abs() < 1e-15 && (about_z(motor) + about_z(arm) - 1.2).abs() < 1e-15);
         assert_eq!(arm.joint.stiffness.value, 1000.0);
         // free-free resonance of motor against link has the stated damping ratio
         let reduced = 0.1 * 0.9 * link;

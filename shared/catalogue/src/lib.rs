@@ -94,6 +94,7 @@
 
 mod applies;
 mod filters;
+mod force_pulse;
 mod geometry;
 mod parts;
 #[cfg(test)]
@@ -109,6 +110,7 @@ mod actuator_stuck;
 mod aerodynamic_spin_damping;
 mod appendage_left_out;
 mod appendage_rotation_left_out;
+mod bending_mode_left_out;
 mod body_tether;
 mod clock_offset;
 mod clock_skew;
@@ -178,11 +180,13 @@ mod solar_pressure;
 mod spin_damping;
 mod thermal_snap;
 mod thruster_blow_down;
+mod thruster_displacement;
 mod thruster_leak;
 mod thruster_minimum_impulse_bit;
 mod thruster_misalignment;
 mod thruster_plume;
 mod thruster_rise_tail_off;
+mod torque_pulse;
 mod wheel_coulomb;
 mod wheel_imbalance_dynamic;
 mod wheel_imbalance_static;
@@ -231,6 +235,7 @@ pub static EFFECTS: &[&Effect] = &[
     &wheel_coulomb::EFFECT,
     &wheel_torque_ripple::EFFECT,
     &thruster_misalignment::EFFECT,
+    &thruster_displacement::EFFECT,
     &thruster_plume::EFFECT,
     &wheel_imbalance_static::EFFECT,
     &wheel_imbalance_dynamic::EFFECT,
@@ -244,6 +249,7 @@ pub static EFFECTS: &[&Effect] = &[
     &slosh_quadratic_damping::EFFECT,
     &slosh_contact_line::EFFECT,
     &mode_left_out::EFFECT,
+    &bending_mode_left_out::EFFECT,
     &appendage_left_out::EFFECT,
     &appendage_rotation_left_out::EFFECT,
     &mode_coupling::EFFECT,
@@ -263,6 +269,8 @@ pub static EFFECTS: &[&Effect] = &[
     &residual_dipole::EFFECT,
     &constant_force::EFFECT,
     &constant_torque::EFFECT,
+    &force_pulse::EFFECT,
+    &torque_pulse::EFFECT,
     &body_tether::EFFECT,
     &thermal_snap::EFFECT,
     &mass_depletion::EFFECT,

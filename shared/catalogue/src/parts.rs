@@ -114,8 +114,9 @@ pub struct SplitJoint {
 /// joint of its own called `NAME_gear`.
 ///
 /// The motor's inertia is the joint's rotor inertia; where none is stated, `share` of the link's
-/// mass and inertia, taken out of the link. Either way motor and link moving as one are the joint
-/// that was.
+/// inertia about the joint, taken out of the link: a rotor turns about the joint, so that the link
+/// keeps its mass where it is, as far as its inertia about its own centre goes. Either way motor
+/// and link moving as one are the joint that was.
 pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJoint, String> {
     let motor_name = free_name(plant, &format!("{}_motor", site.name));
     let gear_name = free_name(plant, &format!("{}_gear", site.name));
@@ -125,6 +126,10 @@ pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJo
     let whole = inertia_about_joint(link).ok_or_else(|| format!("{site} has more than one degree of freedom"))?;
     let rotor = link.joint.rotor_inertia.value;
     let taken = if rotor == 0.0 { share } else { 0.0 };
+    // of mass and of inertia about the centre: that inertia first
+    let own = about_centre(link).unwrap_or(0.0);
+    let turning = if own > 0.0 { (taken * whole / own).min(1.0) } else { 0.0 };
+    let heavy = if whole > own { (taken * whole - own).max(0.0) / (whole - own) } else { 0.0 };
     let part = |of: Quantity, share: f64| Quantity::known(share * of.value);
     let zero = Quantity::known(0.0);
     let gear = Joint {
@@ -141,12 +146,12 @@ pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJo
         name: motor_name.clone(),
         parent: link.parent.replace(motor_name),
         joint: core::mem::replace(&mut link.joint, gear),
-        mass_kg: part(link.mass_kg, taken),
+        mass_kg: part(link.mass_kg, heavy),
         com_m: link.com_m,
-        inertia_com_kg_m2: link.inertia_com_kg_m2.map(|inertia| part(inertia, taken)),
+        inertia_com_kg_m2: link.inertia_com_kg_m2.map(|inertia| part(inertia, turning)),
     };
-    link.mass_kg.value *= 1.0 - taken;
-    link.inertia_com_kg_m2.iter_mut().for_each(|inertia| inertia.value *= 1.0 - taken);
+    link.mass_kg.value *= 1.0 - heavy;
+    link.inertia_com_kg_m2.iter_mut().for_each(|inertia| inertia.value *= 1.0 - turning);
     let rest = link.clone();
     plant.bodies.insert(place, motor);
     check_participation(plant, &rest)?;
@@ -157,18 +162,22 @@ pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJo
 /// Inertia of a body about its own joint, `a·I a + m |a × c|²`, or its mass along a prismatic
 /// joint.
 fn inertia_about_joint(body: &Body) -> Option<f64> {
-    let (m, c) = (body.mass_kg.value, body.com_m.map(|x| x.value));
-    let [xx, yy, zz, xy, xz, yz] = body.inertia_com_kg_m2.map(|i| i.value);
     match body.joint.kind {
-        JointKind::Prismatic { .. } => Some(m),
-        JointKind::Revolute { axis: a } => {
-            let about_com = a[0] * a[0] * xx + a[1] * a[1] * yy + a[2] * a[2] * zz;
-            let products = 2.0 * (a[0] * a[1] * xy + a[0] * a[2] * xz + a[1] * a[2] * yz);
-            let arm = super::geometry::cross_f64(a, c);
-            Some(about_com + products + m * (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]))
+        JointKind::Prismatic { .. } => Some(body.mass_kg.value),
+        JointKind::Revolute { axis } => {
+            let arm = super::geometry::cross_f64(axis, body.com_m.map(|x| x.value));
+            Some(about_centre(body)? + body.mass_kg.value * super::geometry::dot(arm, arm))
         }
         JointKind::Free | JointKind::Fixed => None,
     }
+}
+
+/// Inertia of a body about its centre of mass along the axis of its own revolute joint, `a·I a`.
+fn about_centre(body: &Body) -> Option<f64> {
+    let JointKind::Revolute { axis: a } = body.joint.kind else { return None };
+    let [xx, yy, zz, xy, xz, yz] = body.inertia_com_kg_m2.map(|i| i.value);
+    let products = 2.0 * (a[0] * a[1] * xy + a[0] * a[2] * xz + a[1] * a[2] * yz);
+    Some(a[0] * a[0] * xx + a[1] * a[1] * yy + a[2] * a[2] * zz + products)
 }
 
 /// Moments of inertia about the axes of the body's own frame.

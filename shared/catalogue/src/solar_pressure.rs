@@ -1,5 +1,6 @@
 //! Sunlight that pushes beside the centre of mass.
 
+use super::applies::in_free_fall;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     kind: "solar_pressure",
     title: "Solar radiation pressure",
     sites: &[SiteKind::Body],
+    applies: in_free_fall,
     parameters: &[
         EffectParameter::new(
             "force_x",
@@ -32,7 +34,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Body(both!(law)),
     family: Family::Disturbance,
     what: "Force F along the light (inertial direction) at the centre of pressure; the cannon-ball model, pressure 4.56e-6 N/m^2 at 1 au \
-           (Montenbruck and Gill 2000).",
+           (Montenbruck and Gill 2000). No site where the environment states a weight: that is no orbit.",
     signature: "Constant inertial force, torque that turns with attitude.",
     confounders: "constant_force at the centre of mass where the arm is zero (identical); with an arm, constant_torque until the attitude \
                   changes; drag.",

@@ -24,7 +24,7 @@ pub static EFFECT: Effect = Effect {
     family: Family::Actuation,
     what: "F d -> F (cos e d + sin e (e1 t1 + e2 t2) / e), e the length of the tilt (e1, e2), at the same point; Wertz 1978.",
     signature: "Hub torque and side force in step with this thruster's command.",
-    confounders: "com_shift (the same torque from one thruster; another thruster parts them); thruster_plume (its moment, exactly).",
+    confounders: "com_shift (the same torque from one thruster; another thruster parts them); thruster_displacement and thruster_plume (its moment, exactly).",
     experiment: "Fire another thruster of different direction: a shift of the centre of mass acts on both, a misalignment does not.",
     ..Effect::PLAIN
 };

@@ -33,7 +33,7 @@ pub static EFFECT: Effect = Effect {
            moment c o is the amplitude, so that its direction needs no angle. The distance along d does not matter. A surface on another \
            body (an arm in some pose) is a constant_force on that body while the thruster fires.",
     signature: "Less force and a torque in step with this thruster's command.",
-    confounders: "motor_constant_error (its force, exactly), thruster_misalignment and com_shift (its torque).",
+    confounders: "motor_constant_error (its force, exactly), thruster_displacement, thruster_misalignment and com_shift (its torque).",
     experiment: "Fire with the appendage or arm in two poses; only impingement changes.",
     ..Effect::PLAIN
 };

@@ -287,6 +287,16 @@ fn mode(name: &str, frequency_hz: f64, translation: f64, rotation: f64) -> Mode 
     }
 }
 
+/// A slender beam of 0.25 kg and 2 m along x.
+fn spar(body: String) -> Appendage {
+    let points = [0.25, 0.5, 1.0].map(|share| (format!("at_{share}"), known([0.5 + 2.0 * share, 0.0, 0.0])));
+    // Blevins, table 8-1
+    let shape_per_sqrt_kg = [0.097, 0.3395, 1.0].map(|shape| known([0.0, 4.0 * shape, 0.0]));
+    let shape_per_sqrt_kg = shape_per_sqrt_kg.to_vec();
+    let modes = vec![Mode { shape_per_sqrt_kg, ..mode("spar_bending", 0.8, 0.39, 0.77) }];
+    Appendage { name: "spar".to_owned(), body, points: points.to_vec(), modes }
+}
+
 fn sensor(name: &str, kind: SensorKind) -> Sensor {
     let zero = Quantity::known(0.0);
     Sensor {
@@ -317,8 +327,8 @@ fn actuator(name: &str, kind: ActuatorKind) -> Actuator {
     }
 }
 
-/// Hub with thruster, wheel, tank and appendage, one arm joint, a gyro, an accelerometer and an
-/// encoder; planar, 400 kg.
+/// Hub with thruster, wheel, tank, appendage and spar, one arm joint, a gyro, an accelerometer
+/// and an encoder; planar, 400 kg.
 pub fn plant() -> Plant {
     let (hub, elbow) = ("hub".to_owned(), "elbow".to_owned());
     let z = [0.0, 0.0, 1.0];
@@ -369,12 +379,15 @@ pub fn plant() -> Plant {
                 damping_n_s_m: vec![Quantity::known(0.8)],
             },
         }],
-        appendages: vec![Appendage {
-            name: "panel".to_owned(),
-            body: hub.clone(),
-            points: vec![("tip".to_owned(), known([0.0, 4.0, 0.0]))],
-            modes: vec![mode("bending", 0.3, 2.5, 4.0), mode("second", 1.9, 1.2, 0.7)],
-        }],
+        appendages: vec![
+            Appendage {
+                name: "panel".to_owned(),
+                body: hub.clone(),
+                points: vec![("tip".to_owned(), known([0.0, 4.0, 0.0]))],
+                modes: vec![mode("bending", 0.3, 2.5, 4.0), mode("second", 1.9, 1.2, 0.7)],
+            },
+            spar(hub.clone()),
+        ],
         actuators: vec![
             actuator("main", thruster),
             actuator("rw", wheel),

@@ -15,7 +15,7 @@ use identification::work::QUICK_WORK;
 /// much ([`frames_max`]). It pays for 20 s of the study case's arm motion whole; of a longer arc
 /// the beginning is diagnosed, in which a motion may lack the reversal that tells friction from a
 /// constant torque.
-pub const WORK_MAX: f64 = 3.0 * QUICK_WORK;
+pub const WORK_MAX: f64 = 1.5 * QUICK_WORK;
 /// Work that a nanosecond of a frame pays for: half a core, which counts 3.3 to 5 a nanosecond of
 /// the study case.
 const RATE: f64 = 2.0;

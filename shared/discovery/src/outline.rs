@@ -37,7 +37,7 @@ const LABEL_ROUNDS: f64 = 12.0;
 pub const FITTED_SET_ROUNDS: f64 = 4.0 * SET_ROUNDS;
 /// An expansion of a set of hypotheses without its fits, and their usual number.
 const EXPANSION_ROUNDS: f64 = 52.0;
-const PROPOSALS: f64 = 6.5;
+const PROPOSALS: f64 = 8.1;
 /// How much of a search for an effect is planned for before anything is known, where the noise is
 /// as stated, where it is not, and of a further round.
 const UNKNOWN: f64 = 0.5;

@@ -23,9 +23,9 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// What a diagnosis of normal effort may cost before it ends with what it has: about two minutes of
-/// one core with what it then finishes.
-pub const NORMAL_WORK: f64 = 1e11;
+/// What a diagnosis of normal effort may cost before it ends with what it has: 70 to 100 s of one
+/// core, two minutes with what it then finishes.
+pub const NORMAL_WORK: f64 = 2e11;
 /// Work at which a fit ends wherever it is, in limits: half a limit for what a search finishes.
 pub const OVERRUN: f64 = 1.5;
 /// The least that a user can ask for: a fifth.

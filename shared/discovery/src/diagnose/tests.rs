@@ -234,7 +234,8 @@ fn an_effect_that_leaves_most_to_an_unspecified_force_is_rejected_though_held_ou
     let off = [("step", 1e-3), ("begin", 7.67), ("duration", 2.68)];
     let hidden = with_effect(&nominal, "sensor_step", "sensor:angle", &off);
     let held_out = Some(problem(&nominal, recording(&hidden, 24, 20.0)));
-    let options = Options { threads: 2, held_out, without: vec!["sensor_step".to_owned()], ..Options::default() };
+    let without = ["sensor_step", "torque_pulse", "force_pulse"].map(str::to_owned).to_vec();
+    let options = Options { threads: 2, held_out, without, ..Options::default() };
     let found = diagnose(&problem(&nominal, recording(&hidden, 23, 20.0)), &options, &mut |_, _| {});
     assert!(
         found.verdict == Verdict::CannotDecide && found.reason.contains("under disturbances of the stated variance"),
@@ -276,8 +277,10 @@ fn a_mode_left_out_is_found_at_its_own_damping() {
     let hidden = [("mass_ratio", 5e-3), ("frequency", 16.03), ("damping_ratio", 4e-3)];
     let found =
         diagnosed(&nominal, recording(&with_effect(&nominal, "mode_left_out", "mode:bending_2", &hidden), 4, 12.0));
+    // a bending mode of the next number is the same to the sensors on the hub
+    let is_mode = |kind: &str| ["mode_left_out", "bending_mode_left_out"].contains(&kind);
     let first = &found.effects[0];
-    assert_eq!(first.kind, "mode_left_out", "{:?} {}", found.verdict, found.reason);
+    assert!(is_mode(&first.kind), "{:?} {}", found.verdict, found.reason);
     let damping = first.parameters.iter().find(|p| p.name == "damping_ratio").unwrap();
     assert!((damping.value - 4e-3).abs() < 4.0 * damping.sigma && damping.sigma < 3e-3, "{damping:?}");
 }

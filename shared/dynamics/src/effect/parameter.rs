@@ -52,6 +52,8 @@ pub enum Scan {
     Default,
     /// One given value.
     At(f64),
+    /// Several given values.
+    Each(&'static [f64]),
     /// Factors on the default.
     TimesDefault(&'static [f64]),
     /// Shares of the rms rate.
@@ -95,7 +97,7 @@ impl Spread {
     pub fn sigma(self, value: f64) -> f64 {
         match self {
             Self::Absolute(sigma) => sigma,
-            Self::Relative(share) => share * value,
+            Self::Relative(share) => share * value.abs(),
         }
     }
 }
