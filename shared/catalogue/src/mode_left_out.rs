@@ -42,10 +42,7 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     for number in participations.chain(mode.shape_per_sqrt_kg.iter_mut().flatten()) {
         *number = Quantity::known(number.value * root);
     }
-    appendage.modes.push(mode);
-    let body = appendage.body.clone();
-    let body = parts::body_mut(plant, &body)?.clone();
-    parts::check_participation(plant, &body)
+    parts::add_mode_beside(plant, site, mode)
 }
 
 #[cfg(test)]

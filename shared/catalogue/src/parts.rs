@@ -213,6 +213,18 @@ pub fn add_mode(
     check_participation(plant, &body)
 }
 
+/// A further mode of the appendage that has the one at `site`.
+///
+/// # Errors
+/// There is no such mode, or the body has less mass or inertia than its modes.
+pub fn add_mode_beside(plant: &mut Plant, site: &Site, mode: Mode) -> Result<(), String> {
+    let (appendage, _) = mode_mut(plant, site)?;
+    appendage.modes.push(mode);
+    let body = appendage.body.clone();
+    let body = body_mut(plant, &body)?.clone();
+    check_participation(plant, &body)
+}
+
 /// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each
 /// axis, likewise for rotation.
 ///

@@ -38,7 +38,7 @@ pub(super) struct Part {
     pub amplitude: Vec<f64>,
     /// Standard deviation of the amplitude's prior in a fit.
     pub scale: f64,
-    /// Logarithm of the number of points that shape parameters were picked from, of
+    /// Logarithm of the number of points that shape parameters were picked from, and of
     /// the amplitude's prior width over `scale`.
     pub log_points: f64,
     /// `(low, high)` over which a searched number is log-uniform, or the middle of a width.
