@@ -48,6 +48,23 @@ fn an_estimator_that_hangs_while_nobody_watches_is_found_by_the_supervisor_that_
 }
 
 #[test]
+fn who_is_stopped_as_it_starts_is_found_before_a_start_may_take() {
+    let world = World::new();
+    for name in ["supervisor", "sensor-sim", "modal-id"] {
+        let mut run = world.start(&[]);
+        run.process(name).signal(Signal::STOP);
+        let ended = run.end();
+        assert_eq!(ended.code, Some(0), "{ended}");
+        assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
+        assert_eq!(ended.hangs(), [name], "{ended}");
+        // A start may take 5 s.
+        let detected = ended.json["deaths"].as_array().unwrap().iter().find(|death| death["cause"] == "hang").unwrap();
+        assert!(detected["detect_ms"].as_f64().unwrap() < 4000.0, "{detected}");
+    }
+    world.assert_nothing_left();
+}
+
+#[test]
 fn a_warden_that_hangs_is_noticed_by_the_console_and_the_run_ends_with_the_reason() {
     let world = World::new();
     let mut run = world.start(&["--speed", "5"]);

@@ -99,6 +99,8 @@ struct Warden<'a> {
     /// When a partition was last said to do work that a frame left.
     last_work: Instant,
     last_sweep: Instant,
+    /// Looked for processes that are stopped as they start.
+    last_stopped: Instant,
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its
     /// own.
     supervisor_heard: Instant,
@@ -137,6 +139,7 @@ impl<'a> Warden<'a> {
             last_advance: Instant::now(),
             last_work: Instant::now(),
             last_sweep: Instant::now(),
+            last_stopped: Instant::now(),
             supervisor_heard: Instant::now(),
             supervisor_spoke: false,
             first_end: None,
@@ -166,6 +169,7 @@ impl<'a> Warden<'a> {
             self.bury()?;
             self.listen_to_supervisor();
             self.end_supervisor_hang();
+            self.end_stopped();
             self.sweep();
             self.look();
             if self.wards.iter().all(Ward::is_over) {

@@ -5,7 +5,7 @@
 //! `HANG partition epoch silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`,
 //! `WORKS partition` (a frame left it work: no frame is done, and nothing is wrong).
 //! Lines from it (standard input): `LOST partition`, `STARVED partition` (no hang: it got no
-//! processor). Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
+//! processor), `RENEWED partition` (a new life has begun that has not been heard). Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
 use crate::sys::LineWriter;
@@ -132,8 +132,12 @@ impl HangWatch {
         for line in self.orders.try_iter() {
             lost.extend(line.strip_prefix("LOST ").and_then(PartitionId::named));
             let starved = line.strip_prefix("STARVED ").and_then(PartitionId::named);
-            for pulse in self.pulses.iter_mut().filter(|pulse| Some(pulse.id) == starved) {
-                (pulse.reported, pulse.changed) = (false, Instant::now());
+            let renewed = line.strip_prefix("RENEWED ").and_then(PartitionId::named);
+            for pulse in &mut self.pulses {
+                if [starved, renewed].contains(&Some(pulse.id)) {
+                    (pulse.reported, pulse.changed) = (false, Instant::now());
+                    pulse.heard &= renewed != Some(pulse.id);
+                }
             }
         }
         for pulse in &mut self.pulses {
@@ -260,6 +264,18 @@ mod tests {
         assert_eq!(reported(&mut watch, &[]), []);
         be_patient(&mut watch, Duration::ZERO);
         assert_eq!(reported(&mut watch, &[]), [InertialId]);
+    }
+
+    #[test]
+    fn who_hung_in_a_life_that_is_over_is_starting_again_and_its_silence_is_said() {
+        let mut watch = watch();
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 5)]), [InertialId]);
+        let (sender, orders) = crossbeam::channel::unbounded();
+        watch.orders = orders;
+        sender.send("RENEWED inertial-id".into()).unwrap();
+        assert_eq!(reported(&mut watch, &[]), []);
+        assert!(!watch.pulses.iter().any(|pulse| pulse.heard), "the warden decides by the age of that life");
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 1, 1)]), [InertialId]);
     }
 
     #[test]

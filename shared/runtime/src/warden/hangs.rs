@@ -1,7 +1,7 @@
 //! Who lives and does nothing: the supervisor's word, its own silence, and a run that stands still.
 
 use super::ward::State;
-use super::{RENEW_AFTER, Report, START_LIMIT, WORK_STALLS, Warden};
+use super::{RENEW_AFTER, Report, START_LIMIT, TICK, WORK_STALLS, Warden};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -87,9 +87,28 @@ impl Warden<'_> {
         }
     }
 
+    /// Who is stopped before its first sign of life: nobody else knows of it yet.
+    pub(super) fn end_stopped(&mut self) {
+        if self.last_stopped.elapsed() < TICK {
+            return;
+        }
+        self.last_stopped = Instant::now();
+        for index in 0..self.wards.len() {
+            let ward = &mut self.wards[index];
+            let limit = Duration::from_millis(self.limits.of(ward.id).hang_ms);
+            let Some(stopped) = ward.stopped().filter(|stopped| *stopped >= limit) else { continue };
+            let (name, epoch) = (ward.id.text(), ward.epoch.to_string());
+            self.end_hang(name, &epoch, stopped.as_secs_f64() * 1e3);
+        }
+    }
+
     pub(super) fn end_hang(&mut self, name: &str, epoch: &str, silent_ms: f64) {
-        let hung = self.wards.iter().position(|ward| ward.id.text() == name && ward.epoch.to_string() == epoch);
-        let Some((index, pid)) = hung.and_then(|index| Some((index, self.wards[index].pid()?))) else { return };
+        let Some(index) = self.wards.iter().position(|ward| ward.id.text() == name) else { return };
+        if self.wards[index].epoch.to_string() != epoch {
+            // Of a life that is over: its next one has not been heard.
+            return self.tell_supervisor(&format!("RENEWED {name}"));
+        }
+        let Some(pid) = self.wards[index].pid() else { return };
         let ward = &mut self.wards[index];
         if ward.is_starved(pid, silent_ms) {
             self.tell_supervisor(&format!("STARVED {name}"));

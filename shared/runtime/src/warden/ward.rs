@@ -1,5 +1,6 @@
 //! One partition in the warden's care: its process, its deaths, the figures of all its lives.
 
+use super::START_LIMIT;
 use super::looks::Looks;
 use super::window::{self, Window};
 use crate::config::PartitionLimits;
@@ -50,6 +51,8 @@ pub(super) struct Ward {
     pub cause: u32,
     /// Killed for a hang: since its last sign of life \[ms\].
     pub hung_ms: Option<f64>,
+    /// Seen to be stopped, before anybody expects to hear it.
+    stopped_at: Option<Instant>,
     /// Of the lives that are over, and of the present one as last looked at.
     past: LifeFigures,
     looks: Looks,
@@ -75,6 +78,7 @@ impl Ward {
             epoch: 0,
             cause: 0,
             hung_ms: None,
+            stopped_at: None,
             past: LifeFigures::default(),
             looks: Looks::default(),
             starved_at: None,
@@ -146,6 +150,15 @@ impl Ward {
         starved && self.starved_times <= STARVED_TIMES_MAX
     }
 
+    /// Since when a life younger than [`START_LIMIT`] has been seen to be stopped; an older one is
+    /// watched by its signs of life.
+    pub fn stopped(&mut self) -> Option<Duration> {
+        let State::Running { child, since, .. } = &self.state else { return None };
+        let is_stopped = since.elapsed() < START_LIMIT && usage::state(child.id()) == Some('T');
+        self.stopped_at = if is_stopped { self.stopped_at.or_else(|| Some(Instant::now())) } else { None };
+        self.stopped_at.map(|at| at.elapsed())
+    }
+
     /// Start of its next life; `None` where it waits for none.
     pub fn due(&self, services_exist: bool) -> Option<Instant> {
         let State::Waiting { until } = self.state else { return None };
@@ -168,7 +181,7 @@ impl Ward {
             // A life that came to a fresh frame had what it needs.
             self.failed &= figures.fresh_ns.is_none();
         }
-        (self.has_window, self.looks) = (false, Looks::default());
+        (self.has_window, self.looks, self.stopped_at) = (false, Looks::default(), None);
         self.past_usage.add(&core::mem::take(&mut self.usage));
     }
 
@@ -194,6 +207,29 @@ impl Ward {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rustix::process::{Pid, PidfdFlags, kill_process, pidfd_open};
+
+    #[test]
+    fn a_young_life_that_is_stopped_is_seen_until_it_goes_on() {
+        let child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+        let pid = Pid::from_child(&child);
+        let pidfd = pidfd_open(pid, PidfdFlags::empty()).unwrap();
+        let mut ward = Ward::new(PartitionId::SloshId);
+        ward.state = State::Running { child, pidfd, since: Instant::now() };
+        assert_eq!(ward.stopped(), None);
+        for (signal, is_stopped) in [(Signal::STOP, true), (Signal::CONT, false)] {
+            kill_process(pid, signal).unwrap();
+            while ward.stopped().is_some() != is_stopped {
+                std::thread::yield_now();
+            }
+        }
+        let State::Running { child, since, .. } = &mut ward.state else { unreachable!() };
+        *since -= START_LIMIT;
+        kill_process(pid, Signal::STOP).unwrap();
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert_eq!(ward.stopped(), None, "an older one is watched by its signs of life");
+    }
 
     #[test]
     fn waits_grow_with_lives_that_came_to_nothing_and_begin_again_after_one_that_worked() {
