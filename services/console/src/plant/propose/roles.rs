@@ -51,6 +51,10 @@ pub struct Told {
 const HELD_SHARE: f64 = 0.8;
 /// Noise below this share of a signal is the rounding of its digits, not a sensor's.
 const NOISELESS_SHARE: f64 = 1e-6;
+/// Noise below this many of the smallest steps of a signal is its rounding: that has 1/√12 of one.
+const ROUNDING_STEPS: f64 = 0.5;
+/// Orders of differences: what is left of noise is the same in all, of a motion less in each.
+const ORDERS: [usize; 4] = [3, 4, 5, 6];
 
 /// Every channel's role.
 pub fn guesses(parts: &[Recording], told: &Told) -> Vec<Guess> {
@@ -163,8 +167,8 @@ impl<'r> Rig<'r> {
             Some((Side::Commanded, why)) => said(Role::Command, &why),
             Some((_, why)) => said(measured, &why),
             None if is_held(channel) => said(Role::Command, "it is constant over stretches, as a command is"),
-            None if noise_share(channel) < NOISELESS_SHARE => {
-                said(Role::Command, "it has no noise of its own, as a command has none")
+            None if is_noiseless(channel) => {
+                said(Role::Command, "it has no noise beyond its rounding, as a command has none")
             }
             None if !self.commanded.is_empty() => {
                 said(measured, "another channel is the command, and this one is noisy")
@@ -172,7 +176,13 @@ impl<'r> Rig<'r> {
             None if self.unsaid.len() > 1 => {
                 said(Role::Command, "several forces or torques without a name that says they were measured")
             }
-            None if self.moves => said(measured, "it is noisy and never held, as a measurement is"),
+            None if self.moves => said(
+                measured,
+                &format!(
+                    "it is noisy and never held, as a measurement is; if it drives the rig: --command '{}'",
+                    channel.name
+                ),
+            ),
             None => said(Role::Command, "nothing else drives the rig"),
         }
     }
@@ -214,26 +224,39 @@ pub fn is_held(channel: &Channel) -> bool {
     channel.value.len() > 8 && repeated as f64 > HELD_SHARE * (channel.value.len() - 1) as f64
 }
 
-/// Standard deviation of the noise over that of the channel.
-fn noise_share(channel: &Channel) -> f64 {
+/// What is left of the channel beside a motion is the rounding of its digits.
+fn is_noiseless(channel: &Channel) -> bool {
     let n = channel.value.len() as f64;
     let mean = channel.value.iter().sum::<f64>() / n;
-    let variance = channel.value.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / n;
-    if variance > 0.0 { noise_sigma(&channel.value) / variance.sqrt() } else { 0.0 }
+    let spread = (channel.value.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / n).sqrt();
+    let sigma = ORDERS.iter().map(|order| noise_by(&channel.value, *order)).fold(f64::INFINITY, f64::min);
+    let rounding = ROUNDING_STEPS * resolution(&channel.value).unwrap_or(0.0);
+    sigma <= rounding.max(NOISELESS_SHARE * spread)
 }
 
-/// White noise of one sample from what is left of a channel after its third difference:
-/// `σ(∇³y)/√20`. The median takes no notice of the jumps of a command or a contact; motion below a
-/// twentieth of the sample rate is gone.
+/// White noise of one sample from what is left of a channel after its third difference. The median
+/// takes no notice of the jumps of a command or a contact; motion below a twentieth of the sample
+/// rate is gone.
 pub fn noise_sigma(values: &[f64]) -> f64 {
-    let mut third: Vec<f64> = values.windows(4).map(|y| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs()).collect();
-    if third.is_empty() {
+    noise_by(values, 3)
+}
+
+/// The same by the difference of an order n: `σ(∇ⁿy)/√(2n choose n)`.
+fn noise_by(values: &[f64], order: usize) -> f64 {
+    let mut left = values.to_vec();
+    let mut gain = 1.0;
+    for k in 1..=order {
+        left = left.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        gain *= 2.0 * (2 * k - 1) as f64 / k as f64;
+    }
+    if left.is_empty() {
         return 0.0;
     }
-    third.sort_by(f64::total_cmp);
+    left.iter_mut().for_each(|x| *x = x.abs());
+    left.sort_by(f64::total_cmp);
     // The upper of the two in the middle, as proposals have always had it; against interpolation
     // the digits change, not the estimate. Median of |x| of a normal distribution: 0.6745 σ.
-    third[third.len() / 2] / 0.6745 / 20.0_f64.sqrt()
+    left[left.len() / 2] / 0.6745 / f64::sqrt(gain)
 }
 
 /// Smallest step of which all differences are multiples; `None` where there is none above the
@@ -288,6 +311,18 @@ mod tests {
         };
         assert_eq!(roles(vec![held, place.clone()]), [Role::Command, Role::Displacement]);
         assert_eq!(roles(vec![place, noisy]), [Role::Imposed, Role::Force]);
+    }
+
+    #[test]
+    fn a_smooth_force_in_rounded_digits_is_a_command_however_fast_it_moves() {
+        let at = |k: usize| (0.091 * k as f64).sin() + 0.4 * (0.05 * k as f64).cos();
+        let rounded: Vec<f64> = (0..2000).map(|k| (at(k) * 1e4).round() * 1e-4).collect();
+        let place = channel("place", "m", (0..2000).map(|k| (k as f64 * 0.05).sin()).collect());
+        let stream = Stream::new(5, "read");
+        let read = (0..2000).map(|k| ((at(k) + 1e-3 * stream.normal(k as u64)) * 1e4).round() * 1e-4).collect();
+        let of = |values| roles(vec![channel("force", "N", values), place.clone()], &Told::default());
+        assert_eq!(of(rounded), [Role::Command, Role::Displacement]);
+        assert_eq!(of(read), [Role::Force, Role::Imposed]);
     }
 
     fn roles(channels: Vec<Channel>, told: &Told) -> Vec<Role> {
