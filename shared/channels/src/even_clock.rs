@@ -8,6 +8,15 @@
 //! about the line, and one whose steps scatter by σ stays within a width w for n rows with a
 //! probability near `exp(−n (π σ / w)² / 2)`. For a walk of half a quantum a row and 64 rows that
 //! is below 10⁻³⁰ within w = q, and 10⁻⁷ within w = 2 q.
+//!
+//! Outages are no waits: rows that were lost among packets are counted first (`packets`), and
+//! the bound is the longest wait at which nothing was lost.
+
+mod packets;
+#[cfg(test)]
+mod tests;
+
+use packets::{Kind, Packets, kinds};
 
 /// Rows that show an even clock; see the module's law.
 const ROWS_MIN: usize = 64;
@@ -21,6 +30,11 @@ const PACKED_SHARE_MIN: f64 = 0.4;
 const CYCLES_MIN: f64 = 16.0;
 /// Share to which the bounds of the stamps off a line are found.
 const LINE_PRECISION: f64 = 1e-3;
+/// Rows by which stamps may be off in addition where rows were lost among packets: how many is
+/// known to one row at each loss.
+const LOST_ROWS_UNKNOWN: f64 = 2.0;
+/// Mean number of rows between losses among packets, at least: a walk is no clock with losses.
+const ROWS_PER_RUN_MIN: f64 = 32.0;
 /// Units in the last place that a stamp is off its decimal number, and a difference of two.
 const ROUNDING_ULPS: f64 = 4.0;
 
@@ -54,8 +68,8 @@ impl EvenClock {
     /// The even clock behind `stamps_s`, ascending \[s\]; stamps may be equal. `None` for fewer
     /// than 64, and where no even clock explains them.
     ///
-    /// Which rows are missing is seen where the stamps are finer than half a step; coarser ones are
-    /// explained by a clock without missing rows or not at all. Stamps that are whole steps of a
+    /// Which rows are missing is seen where the stamps are finer than half a step; of coarser ones
+    /// and of packets where the stamps behind a loss stay late. Stamps that are whole steps of a
     /// clock are taken for right with rows missing, not for those of a slower clock rounded to
     /// them.
     ///
@@ -80,31 +94,13 @@ impl EvenClock {
         let time: Vec<f64> = stamps_s.iter().map(|stamp| stamp - first).collect();
         let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let quantum = quantum(&steps, ulps);
-        let longest = steps.iter().copied().fold(0.0, f64::max);
-        let explained = |rows: Vec<usize>| {
-            let line = Line::of(&rows, &time);
-            let range = line.high - line.low;
-            let rounded = |quantum: &f64| {
-                range <= (1.0 + LINE_PRECISION) * quantum + ulps && cycles(line.slope, *quantum, &rows) >= CYCLES_MIN
-            };
-            let stamps = if range <= EXACT_SHARE * line.slope {
-                Stamps::Right
-            } else if let Some(quantum) = quantum.filter(rounded) {
-                Stamps::Rounded(quantum)
-            } else if packed(&steps, line.slope) && range <= longest - 0.5 * line.slope {
-                Stamps::Packed(longest)
-            } else {
-                return None;
-            };
-            let start_s = first + 0.5 * (line.low + line.high);
-            Some(EvenClock { start_s, interval_s: line.slope, rows, stamps, off_s: 0.5 * range })
-        };
+        let of = Explanation { first, ulps, time: &time, steps: &steps, quantum };
         // stamps that are right go before any that are wrong
-        let counted = counted(&time, &steps, quantum).and_then(explained);
+        let counted = counted(&time, &steps, quantum).and_then(|rows| of.explained(rows, of.longest_s(), 0.0));
         counted
             .filter(|clock| clock.missing() <= n || clock.rows_per_run() >= ROWS_MIN as f64)
             .filter(|clock| clock.stamps == Stamps::Right || quantum.is_none_or(|q| q < 0.5 * clock.interval_s))
-            .or_else(|| explained((0..n).collect()))
+            .or_else(|| of.packets())
     }
 
     /// Rows that have no stamp.
@@ -124,6 +120,65 @@ impl EvenClock {
     #[must_use]
     pub fn time_s(&self, i: usize) -> f64 {
         self.start_s + self.rows[i] as f64 * self.interval_s
+    }
+}
+
+/// Stamps, and what may explain them.
+struct Explanation<'s> {
+    /// First stamp.
+    first: f64,
+    ulps: f64,
+    /// Stamps since the first.
+    time: &'s [f64],
+    steps: &'s [f64],
+    quantum: Option<f64>,
+}
+
+impl Explanation<'_> {
+    fn longest_s(&self) -> f64 {
+        self.steps.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The even clock on which the stamps have these rows, none of them late by more than `wait_s`
+    /// and `slack` rows.
+    fn explained(&self, rows: Vec<usize>, wait_s: f64, slack: f64) -> Option<EvenClock> {
+        let line = Line::of(&rows, self.time);
+        let range = line.high - line.low;
+        let slack_s = slack * line.slope;
+        let rounded = |quantum: &f64| {
+            range <= (1.0 + LINE_PRECISION) * quantum + self.ulps + slack_s
+                && cycles(line.slope, *quantum, &rows) >= CYCLES_MIN
+        };
+        let stamps = if range <= EXACT_SHARE * line.slope {
+            Stamps::Right
+        } else if let Some(quantum) = self.quantum.filter(rounded) {
+            Stamps::Rounded(quantum)
+        } else if packed(self.steps, line.slope) && range <= wait_s - 0.5 * line.slope + slack_s {
+            Stamps::Packed(wait_s)
+        } else {
+            return None;
+        };
+        let start_s = self.first + 0.5 * (line.low + line.high);
+        Some(EvenClock { start_s, interval_s: line.slope, rows, stamps, off_s: 0.5 * range })
+    }
+
+    /// The even clock of rows in packets, some of which may be lost.
+    fn packets(&self) -> Option<EvenClock> {
+        let kinds = kinds(self.steps, self.ulps);
+        if kinds.is_empty() {
+            return self.explained((0..self.time.len()).collect(), self.longest_s(), 0.0);
+        }
+        // the steps that leave least are those from packet to packet
+        let found = kinds.into_iter().filter_map(|kind| self.packets_of(kind));
+        found.min_by(|one, other| one.off_s.total_cmp(&other.off_s))
+    }
+
+    fn packets_of(&self, kind: Kind) -> Option<EvenClock> {
+        let Packets { rows, wait_s } = Packets::of(self.time, self.steps, kind)?;
+        let is_lossy = rows.last().is_some_and(|last| last + 1 > rows.len());
+        let slack = if is_lossy { LOST_ROWS_UNKNOWN } else { 0.0 };
+        let clock = self.explained(rows, wait_s, slack)?;
+        (!is_lossy || clock.rows_per_run() >= ROWS_PER_RUN_MIN).then_some(clock)
     }
 }
 
@@ -232,116 +287,5 @@ impl Line {
             reach *= 0.5;
         }
         best
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{EvenClock, Stamps};
-
-    /// SplitMix64, uniform in (0, 1).
-    fn uniform(state: &mut u64) -> f64 {
-        *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn rounded(time: f64, quantum: f64) -> f64 {
-        (time / quantum).round() * quantum
-    }
-
-    #[test]
-    fn rows_that_tick_within_their_packet_are_no_fast_clock_with_rows_missing() {
-        // packets of five rows a microsecond apart, every 50 ms
-        let stamp = |k: usize| (k / 5 + 1) as f64 * 0.05 + (k % 5) as f64 * 1e-6;
-        let clock = EvenClock::of(&(0..4000).map(stamp).collect::<Vec<_>>()).unwrap();
-        assert!((clock.interval_s - 0.01).abs() < 1e-6 && clock.missing() == 0, "{}", clock.interval_s);
-        assert!(matches!(clock.stamps, Stamps::Packed(_)));
-        // two runs with an hour between them are one clock
-        let stamp = |k: usize| k as f64 * 0.01 + if k < 2000 { 0.0 } else { 3600.0 };
-        let clock = EvenClock::of(&(0..4000).map(stamp).collect::<Vec<_>>()).unwrap();
-        assert!((clock.interval_s - 0.01).abs() < 1e-9 && clock.missing() == 360_000);
-    }
-
-    #[test]
-    fn stamps_rounded_to_any_quantum_show_their_even_clock() {
-        for (rate, quantum, start) in [
-            (300.0, 1e-3, 0.0),
-            (300.0, 1e-3, 1.7e9),
-            (100.0, 1.0 / 64.0, 3.3),
-            (130.0, 0.01, 17.0),
-            (200.0, 1.0 / 60.0, 0.0),
-            (10.3, 1.0, 1.6e9),
-        ] {
-            let stamps: Vec<f64> = (0..4000).map(|k| rounded(start + f64::from(k) / rate, quantum)).collect();
-            let clock = EvenClock::of(&stamps).unwrap_or_else(|| panic!("{rate} {quantum}"));
-            assert!(matches!(clock.stamps, Stamps::Rounded(q) if (q / quantum - 1.0).abs() < 1e-3), "{clock:?}");
-            // the line through 4000 rows is known to a quantum over its length
-            assert!((clock.interval_s * rate - 1.0).abs() < quantum * rate / 4000.0, "{rate} {}", clock.interval_s);
-            assert_eq!((clock.missing(), clock.rows.len()), (0, 4000));
-        }
-    }
-
-    #[test]
-    fn rows_lost_at_random_or_every_tenth_leave_the_clock_even_with_rounded_stamps_too() {
-        for (seed, (lost, quantum)) in [(0.03, 0.0), (0.4, 0.0), (0.05, 1e-3)].into_iter().enumerate() {
-            let mut state = 77 + seed as u64;
-            let kept: Vec<usize> = (0..3000).filter(|k| *k == 0 || uniform(&mut state) > lost).collect();
-            let stamp = |k: &usize| {
-                let time = *k as f64 / 300.0;
-                if quantum > 0.0 { rounded(time, quantum) } else { time }
-            };
-            let clock = EvenClock::of(&kept.iter().map(stamp).collect::<Vec<_>>()).unwrap();
-            assert_eq!(clock.rows, kept);
-            assert!((clock.interval_s * 300.0 - 1.0).abs() < 1e-4);
-        }
-        let tenth: Vec<f64> = (0..1000).filter(|k| k % 10 != 9).map(|k| 0.02 * f64::from(k)).collect();
-        let clock = EvenClock::of(&tenth).unwrap();
-        assert_eq!((clock.stamps, clock.missing()), (Stamps::Right, 99));
-    }
-
-    #[test]
-    fn packets_show_the_even_clock_of_their_rows() {
-        for (seed, (size, spread, late)) in [(5, 0.0, 0.0), (8, 1e-4, 2e-3), (2, 0.0, 1e-3)].into_iter().enumerate() {
-            let mut state = 177 + seed as u64;
-            let mut stamps = Vec::new();
-            for packet in 0..400 {
-                let at = f64::from(size * (packet + 1)) / 100.0 + late * uniform(&mut state);
-                stamps.extend((0..size).map(|row| at + spread * f64::from(row)));
-            }
-            let clock = EvenClock::of(&stamps).unwrap_or_else(|| panic!("{size}"));
-            assert!((clock.interval_s * 100.0 - 1.0).abs() < 1e-3, "{}", clock.interval_s);
-            assert_eq!(clock.missing(), 0);
-        }
-    }
-
-    #[test]
-    fn an_uneven_clock_is_none() {
-        for seed in 0..200 {
-            let mut state = 1000 + seed;
-            let mut walk = |step: &mut dyn FnMut(f64) -> f64| {
-                let mut time = 0.0;
-                let stamps = (0..200).map(|_| {
-                    time += step(uniform(&mut state));
-                    time
-                });
-                EvenClock::of(&stamps.collect::<Vec<_>>())
-            };
-            assert_eq!(walk(&mut |u| 0.01 * (0.5 + u)), None, "even chance of half a step more or less");
-            assert_eq!(walk(&mut |u| -0.01 * (1.0 - u).ln()), None, "at random");
-            assert_eq!(walk(&mut |u| if u < 0.5 { 0.01 } else { 0.015 }), None, "two intervals");
-            assert_eq!(walk(&mut |u| if u < 0.5 { 0.0 } else { 0.01 }), None, "two values a stamp at random");
-            let sweep: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k) + 1e-4 * f64::from(k * k)).collect();
-            assert_eq!(EvenClock::of(&sweep), None, "a rate that falls");
-        }
-    }
-
-    #[test]
-    fn a_row_that_stands_twice_is_not_rounding() {
-        let mut stamps: Vec<f64> = (0..500).map(|k| 0.01 * f64::from(k)).collect();
-        stamps.insert(250, stamps[250]);
-        assert_eq!(EvenClock::of(&stamps), None);
     }
 }

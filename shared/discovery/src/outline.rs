@@ -164,8 +164,8 @@ impl<'a> Outline<'a> {
         found
     }
 
-    /// The `k`th expansion of a pool begins, of which the dearest cost `dearest` so far; `open` others
-    /// stand to be expanded.
+    /// The `k`th expansion of a pool begins, of which the dearest cost `dearest` so far; `open`
+    /// others stand to be expanded.
     pub fn expansion(&mut self, k: usize, dearest: f64, open: usize) {
         let first = self.round * EXPANSION_ROUNDS;
         let others = open as f64;

@@ -36,13 +36,17 @@ pub(crate) struct Part {
 impl Part {
     /// Whether times or frequencies lead the rows.
     pub fn has_axis(&self) -> bool {
-        let known = |column: &RawColumn| is_one_of(&column.name, &TIMES) || is_one_of(&column.name, &FREQUENCIES);
-        self.times.is_some() || self.columns.iter().any(known)
+        self.times.is_some() || self.columns.iter().any(|column| is_axis(&column.name))
     }
 
     fn time_column(&self) -> Option<usize> {
         self.times.or_else(|| self.columns.iter().position(|column| is_one_of(&column.name, &TIMES)))
     }
+}
+
+/// Whether an array with this name holds times or frequencies.
+pub(crate) fn is_axis(name: &str) -> bool {
+    is_one_of(name, &TIMES) || is_one_of(name, &FREQUENCIES)
 }
 
 fn is_one_of(name: &str, names: &[&str]) -> bool {
@@ -66,8 +70,8 @@ impl Parts {
             self.all.len() - 1
         });
         let part = &mut self.all[place];
-        if array.is_time && columns == 1 && part.times.is_none() {
-            part.times = Some(part.columns.len());
+        if let Some(times) = array.time_column(columns).filter(|_| part.times.is_none()) {
+            part.times = Some(part.columns.len() + times);
         }
         part.columns.extend(array.into_columns(rows, columns));
     }

@@ -4,9 +4,10 @@
 //! has the name of the structure, empty for what is in none; a dataset of another length N is
 //! called `length_N` behind it. The main length is that of the array of times, else that of most
 //! columns, else the longest. A matrix has a column `name[k]` for each step of its shorter
-//! dimension.
+//! dimension; the texts of a list beside it that is as long name them, or state their units.
 
 use crate::array_parts::{Parts, ancestors};
+use crate::array_texts::TextArray;
 use crate::bytes;
 use crate::dataset::{Axis, RawColumn, RawDataset, Wanted};
 use crate::error::RecordingError;
@@ -25,11 +26,20 @@ pub(crate) struct Array {
     pub group: String,
     pub name: String,
     pub unit: Option<String>,
+    /// Names and units of the columns of a matrix, where the file states them.
+    pub names: Vec<String>,
+    pub units: Vec<String>,
+    /// Lists of texts that the file keeps with the array.
+    pub lists: Vec<(String, Vec<String>)>,
     pub shape: Vec<usize>,
     /// The first index changes fastest, as in MATLAB and Fortran.
     pub column_major: bool,
     /// The file says that these are times \[s\].
     pub is_time: bool,
+    /// Column of a matrix that holds times \[s\].
+    pub times: Option<usize>,
+    /// Columns of a matrix that are texts.
+    pub texts: Vec<usize>,
     pub values: Vec<f64>,
     /// What an `f64` does not hold of each value; empty: nothing.
     pub rest: Vec<f64>,
@@ -53,6 +63,11 @@ impl Array {
         long.next().is_none().then_some((first.max(second), first.min(second)))
     }
 
+    /// Columns of a matrix.
+    pub fn columns(&self) -> usize {
+        self.rows_and_columns().map_or(0, |(_, columns)| columns)
+    }
+
     /// The columns of an array with so many rows and columns.
     pub fn into_columns(self, rows: usize, columns: usize) -> Vec<RawColumn> {
         if columns == 1 {
@@ -67,12 +82,28 @@ impl Array {
             if values.is_empty() { Vec::new() } else { (0..rows).map(|row| values[at(row, column)]).collect() }
         };
         let column = |column: usize| RawColumn {
-            name: format!("{}[{column}]", self.name),
-            unit: self.unit.clone(),
+            name: self.names.get(column).cloned().unwrap_or_else(|| format!("{}[{column}]", self.name)),
+            unit: self.unit_of(column),
             values: of(&self.values, column),
             rest: if_any(of(&self.rest, column)),
         };
-        (0..columns).map(column).collect()
+        (0..columns).filter(|column| !self.texts.contains(column)).map(column).collect()
+    }
+
+    fn unit_of(&self, column: usize) -> Option<String> {
+        if self.times == Some(column) {
+            return Some("s".into());
+        }
+        self.units.get(column).cloned().or_else(|| self.unit.clone())
+    }
+
+    /// Place of the column of times among those that are no texts.
+    pub fn time_column(&self, columns: usize) -> Option<usize> {
+        if columns == 1 {
+            return self.is_time.then_some(0);
+        }
+        let times = self.times?;
+        Some(times - self.texts.iter().filter(|text| **text < times).count())
     }
 }
 
@@ -85,8 +116,13 @@ pub(crate) fn joined(group: &str, name: &str) -> String {
 #[derive(Debug, Default)]
 pub(crate) struct Arrays {
     pub arrays: Vec<Array>,
+    pub texts: Vec<TextArray>,
+    /// Structure, name and text of every text that is alone.
+    pub names: Vec<(String, String, String)>,
     /// Full name and reason.
     pub left_out: Vec<(String, String)>,
+    /// Structure and what there is to note about it.
+    pub notes: Vec<(String, String)>,
 }
 
 impl Arrays {
@@ -100,6 +136,9 @@ impl Arrays {
     /// # Errors
     /// There is no array of two numbers or more.
     pub fn into_datasets(mut self, file: &str, wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, RecordingError> {
+        self.read_texts();
+        self.name_structures();
+        self.find_times();
         let (mut parts, scalars) = self.parts();
         let main = parts.main();
         parts.lend_times();
@@ -127,6 +166,9 @@ impl Arrays {
             }
             notes.extend(note(&left_out.remove(&place).unwrap_or_default()));
             let is_main = main.get(&part.group) == Some(&place);
+            if is_main {
+                notes.extend(self.notes.iter().filter(|(group, _)| *group == part.group).map(|(_, note)| note.clone()));
+            }
             let of_length = format!("length_{}", part.rows);
             let name = if is_main { part.group } else { joined(&part.group, &of_length) };
             datasets.push(RawDataset { name, columns: part.columns, axis, notes });

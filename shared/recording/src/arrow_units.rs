@@ -1,31 +1,62 @@
-//! Units that Arrow keeps for the columns of a Parquet file: a schema in the FlatBuffers format,
-//! written as base64. Whatever cannot be read states no unit.
+//! What Arrow keeps of the columns of a Parquet file: a schema in the FlatBuffers format, written as
+//! base64. Whatever cannot be read states nothing.
 
+use crate::conventions::{Conventions, Stated};
 use std::collections::BTreeMap;
 
-/// Units by the name of the column: the metadata `unit` or `units` of its field.
-pub(crate) fn units(base64: &str) -> BTreeMap<String, String> {
+/// Columns inside columns.
+const DEPTH_MAX: usize = 16;
+/// The type of a difference of times.
+const DURATION: u8 = 18;
+
+/// What is kept of one column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Field {
+    /// By its metadata.
+    pub conventions: Conventions,
+    /// The numbers are counts of so many a second.
+    pub duration_per_s: Option<f64>,
+}
+
+/// What is kept by the name of the column, names of columns around it in front.
+pub(crate) fn fields(base64: &str) -> BTreeMap<String, Field> {
     let message = decoded(base64);
     // A mark and a length stand in front of the message.
     let message = message.strip_prefix(&[0xff; 4]).and_then(|rest| rest.get(4..)).unwrap_or(&message);
-    let mut units = BTreeMap::new();
-    for field in fields(message).unwrap_or_default() {
-        if let (Some(name), Some(unit)) = (field.text(0), unit(field)) {
-            units.insert(name, unit);
-        }
+    let mut fields = BTreeMap::new();
+    for field in top(message).unwrap_or_default() {
+        add(field, "", DEPTH_MAX, &mut fields);
     }
-    units
+    fields
 }
 
-fn fields(message: &[u8]) -> Option<Vec<Table<'_>>> {
+fn top(message: &[u8]) -> Option<Vec<Table<'_>>> {
     let root = Table { buffer: message, at: indirect(message, 0)? };
     Some(root.table(2)?.tables(1))
 }
 
-fn unit(field: Table<'_>) -> Option<String> {
-    let pairs = field.tables(6);
-    let stated = pairs.iter().find(|pair| matches!(pair.text(0).as_deref(), Some("unit" | "units")))?;
-    stated.text(1)
+fn add(field: Table<'_>, prefix: &str, depth: usize, fields: &mut BTreeMap<String, Field>) {
+    const COLUMNS_MAX: usize = 1 << 16;
+    let Some(name) = field.text(0).filter(|_| depth > 0 && fields.len() < COLUMNS_MAX) else { return };
+    let name = format!("{prefix}{name}");
+    for child in field.tables(5) {
+        add(child, &format!("{name}."), depth - 1, fields);
+    }
+    let pair = |pair: &Table<'_>| Some((pair.text(0)?, Stated::Text(pair.text(1)?)));
+    let conventions = Conventions::of(field.tables(6).iter().filter_map(pair));
+    let duration_per_s = (field.byte(2) == Some(DURATION)).then(|| counts_a_second(field));
+    fields.insert(name, Field { conventions, duration_per_s });
+}
+
+/// Counts a second of a duration: thousandths where nothing is stated.
+fn counts_a_second(field: Table<'_>) -> f64 {
+    let unit = field.table(3).and_then(|duration| short(duration.buffer, duration.field(0)?));
+    match unit {
+        Some(0) => 1.0,
+        Some(2) => 1e6,
+        Some(3) => 1e9,
+        _ => 1e3,
+    }
 }
 
 /// A table of a FlatBuffer.
@@ -46,6 +77,10 @@ impl<'a> Table<'a> {
         }
         let offset = usize::from(short(self.buffer, index.checked_add(entry)?)?);
         (offset > 0).then(|| self.at.checked_add(offset)).flatten()
+    }
+
+    fn byte(&self, number: usize) -> Option<u8> {
+        self.buffer.get(self.field(number)?).copied()
     }
 
     fn table(&self, number: usize) -> Option<Table<'a>> {
@@ -115,7 +150,7 @@ mod tests {
     #[test]
     fn what_is_no_schema_states_no_units() {
         for text in ["", "AAAA", "/////wAAAAAQAAAA", "////////////////////"] {
-            assert!(units(text).is_empty(), "{text}");
+            assert!(fields(text).is_empty(), "{text}");
         }
     }
 }

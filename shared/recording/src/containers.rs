@@ -53,7 +53,7 @@ pub static PARQUET: Container =
 
 /// JSON.
 pub static JSON: Container =
-    Container { name: "json", begins: Begins::With(json_file::BEGINNINGS), datasets: json_file::datasets };
+    Container { name: "json", begins: Begins::As(json_file::is_json), datasets: json_file::datasets };
 
 impl Format for Container {
     fn name(&self) -> &'static str {

@@ -1,16 +1,20 @@
 //! HDF5 files, and MATLAB files of version 7.3, which are HDF5.
 //!
 //! Arrays of one group and one length are a dataset with the name of the group, its parts joined by
-//! points; a table (compound type) is a dataset of its own. The attribute `unit` or `units` of an
-//! array is its unit.
+//! points; a table (compound type) is a dataset of its own. The attributes of an array are those of
+//! [`crate::conventions`].
 
+use crate::array_texts::TextArray;
 use crate::arrays::{self, Array, Arrays, joined};
 use crate::bytes::{self, EXPANSION_MAX, bad};
+use crate::conventions::{Conventions, Stated, Storage, is_unit};
 use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;
 use crate::file_name;
 use crate::hdf5_types::{self as types, Field};
 use crate::intake::origin::if_any;
+use crate::numbers::Number;
+use crate::texts::Texts;
 use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
@@ -73,7 +77,9 @@ struct Stored<'a> {
     data: Vec<u8>,
     /// Bytes of one element.
     stride: usize,
-    unit: Option<String>,
+    conventions: Conventions,
+    /// Attributes that are lists of texts.
+    lists: Vec<(String, Vec<String>)>,
     /// MATLAB wrote it.
     is_matlab: bool,
 }
@@ -128,22 +134,45 @@ impl Walk<'_> {
             self.arrays.leave_out(name, types::matlab_reason(class));
             return Ok(());
         }
+        if is_bare_dimension(&attributes) {
+            self.arrays.leave_out(name, "a dimension without values");
+            return Ok(());
+        }
         let fields = match types::fields(dataset.dtype()) {
             Ok(fields) => fields,
             Err(reason) => {
-                self.arrays.leave_out(name, reason);
+                match self.texts(dataset) {
+                    Some(texts) => {
+                        let (group, name) = (group.to_owned(), dataset.name().to_owned());
+                        self.arrays.texts.push(TextArray { group, name, texts });
+                    }
+                    None => self.arrays.leave_out(name, reason),
+                }
                 return Ok(());
             }
         };
         let data = self.bytes(dataset, &name)?;
-        let unit = attributes.iter().find(|attribute| matches!(attribute.name.as_str(), "unit" | "units"));
-        let unit = unit.and_then(|attribute| attribute.read_string().ok());
+        let conventions = Conventions::of(attributes.iter().filter_map(stated));
         let stride = dataset.raw_element_size().unwrap_or(1).max(1);
-        let stored = Stored { dataset, group, data, stride, unit, is_matlab: class.is_some() };
-        for field in fields {
-            self.field(field, &stored);
+        let lists = attributes.iter().filter_map(texts_of).collect();
+        let stored = Stored { dataset, group, data, stride, conventions, lists, is_matlab: class.is_some() };
+        let count = fields.len();
+        for (place, field) in fields.into_iter().enumerate() {
+            self.field(field, (place, count), &stored);
         }
         Ok(())
+    }
+
+    /// The texts of a vector, or a text alone.
+    fn texts(&mut self, dataset: &Dataset) -> Option<Texts> {
+        let size = dataset.raw_byte_len().ok()?;
+        self.budget = self.budget.checked_sub(size)?;
+        if dataset.shape().len() > 1 {
+            return None;
+        }
+        let mut texts = Texts::default();
+        dataset.read_strings().ok()?.iter().for_each(|text| texts.push(text));
+        Some(texts)
     }
 
     /// The numbers as they are stored.
@@ -159,9 +188,10 @@ impl Walk<'_> {
         Ok(data)
     }
 
-    /// Adds one field of the elements of an array.
-    fn field(&mut self, field: Field, stored: &Stored<'_>) {
-        let Stored { dataset, group, data, stride, unit, is_matlab } = stored;
+    /// Adds one field of the elements of an array, at its place among so many.
+    fn field(&mut self, field: Field, (place, count): (usize, usize), stored: &Stored<'_>) {
+        let Stored { dataset, group, data, stride, conventions, lists, is_matlab } = stored;
+        let is_table = !field.name.is_empty();
         let own = dataset.name().to_string();
         let (group, name) =
             if field.name.is_empty() { (group.to_string(), own) } else { (joined(group, &own), field.name.clone()) };
@@ -176,7 +206,17 @@ impl Walk<'_> {
             (number.value(bytes, field.big_endian), number.rest(bytes, field.big_endian))
         };
         let elements = data.chunks_exact(*stride).flat_map(|element| (0..each).map(move |place| (element, place)));
-        let (values, rest): (Vec<f64>, Vec<f64>) = elements.map(|(element, place)| value(element, place)).unzip();
+        let (mut values, mut rest): (Vec<f64>, Vec<f64>) =
+            elements.map(|(element, place)| value(element, place)).unzip();
+        let own = conventions.of_field(
+            is_table,
+            lists
+                .iter()
+                .find(|(name, texts)| is_unit(name) && texts.len() == count)
+                .and_then(|(_, texts)| texts.get(place)),
+        );
+        let applied = own.apply(&joined(&group, &name), storage(number), &mut values, &mut rest);
+        self.arrays.notes.extend(applied.notes.into_iter().map(|note| (group.clone(), note)));
         let rest = if_any(rest);
         let mut shape: Vec<usize> = dataset.shape().iter().map(|length| *length as usize).collect();
         if *is_matlab {
@@ -184,9 +224,58 @@ impl Walk<'_> {
             shape.reverse();
         }
         shape.extend(&field.shape);
-        let (unit, column_major) = (unit.clone(), *is_matlab);
-        self.arrays.arrays.push(Array { group, name, unit, shape, column_major, values, rest, is_time: false });
+        let (unit, column_major, is_time) = (applied.unit, *is_matlab, applied.is_date);
+        self.arrays.arrays.push(Array {
+            group,
+            name,
+            unit,
+            shape,
+            column_major,
+            is_time,
+            values,
+            rest,
+            lists: if is_table { Vec::new() } else { lists.clone() },
+            ..Array::default()
+        });
     }
+}
+
+/// An attribute that is a text or a few numbers.
+fn stated(attribute: &Attribute) -> Option<(String, Stated)> {
+    const NUMBERS_MAX: u64 = 16;
+    if let Ok(text) = attribute.read_string() {
+        return Some((attribute.name.clone(), Stated::Text(text)));
+    }
+    let field = match &types::fields(&attribute.datatype).ok()?[..] {
+        [field] if field.shape.is_empty() => field.clone(),
+        _ => return None,
+    };
+    let count = attribute.num_elements().ok().filter(|count| *count <= NUMBERS_MAX)? as usize;
+    let number = field.number?;
+    let bytes = attribute.raw_data.get(..count * number.width())?;
+    Some((attribute.name.clone(), Stated::Numbers(number.values(bytes, field.big_endian))))
+}
+
+/// An attribute that is a list of texts.
+fn texts_of(attribute: &Attribute) -> Option<(String, Vec<String>)> {
+    let texts = attribute.read_strings().ok().filter(|texts| texts.len() > 1)?;
+    Some((attribute.name.clone(), texts))
+}
+
+/// How a number is stored.
+fn storage(number: Number) -> Storage {
+    match number {
+        Number::Float(8) => Storage::Double,
+        Number::Float(_) => Storage::Single,
+        Number::Signed(_) | Number::Unsigned(_) => Storage::Whole,
+    }
+}
+
+/// Whether netCDF keeps the length of a dimension here and no values.
+fn is_bare_dimension(attributes: &[Attribute]) -> bool {
+    let name = attributes.iter().find(|attribute| attribute.name == "NAME");
+    let text = name.and_then(|name| name.read_string().ok());
+    text.is_some_and(|text| text.starts_with("This is a netCDF dimension but not a netCDF variable"))
 }
 
 fn matlab_class(attributes: &[Attribute]) -> Option<String> {

@@ -102,8 +102,8 @@ pub(crate) fn is_numeric(class: &str) -> bool {
 pub(crate) fn matlab_reason(class: &str) -> String {
     match class {
         "char" => "text".into(),
-        "cell" => "a cell array".into(),
+        "cell" => "a cell array: save it with `save(..., '-v7')`".into(),
         _ if is_numeric(class) => "a sparse matrix: save `full(x)`".into(),
-        other => format!("an object of class `{other}`: save its arrays"),
+        other => crate::matlab_values::object_reason(other),
     }
 }

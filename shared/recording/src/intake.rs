@@ -17,6 +17,9 @@ mod map_file;
 pub(crate) mod names;
 pub(crate) mod origin;
 pub(crate) mod plan;
+pub(crate) mod quantities;
+pub(crate) mod second_clock;
+pub(crate) mod stamps;
 
 pub use assignment::{Assignment, Origin};
 pub use clock::TimeColumn;

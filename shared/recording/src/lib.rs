@@ -33,7 +33,11 @@
 #![cfg_attr(not(feature = "foreign"), allow(dead_code))]
 
 #[cfg(feature = "foreign")]
+mod array_names;
+#[cfg(feature = "foreign")]
 mod array_parts;
+#[cfg(feature = "foreign")]
+mod array_texts;
 #[cfg(feature = "foreign")]
 mod arrays;
 #[cfg(feature = "foreign")]
@@ -42,6 +46,8 @@ mod bytes;
 mod canonical;
 #[cfg(feature = "foreign")]
 mod containers;
+#[cfg(feature = "foreign")]
+mod conventions;
 mod conversions;
 pub mod csv;
 #[cfg(test)]
@@ -91,7 +97,10 @@ mod parquet_schema;
 #[cfg(feature = "foreign")]
 mod parquet_thrift;
 #[cfg(feature = "foreign")]
+mod parquet_unpack;
+#[cfg(feature = "foreign")]
 mod python_literal;
+mod recognised;
 mod replay;
 mod replay_run;
 mod rows;
@@ -99,9 +108,13 @@ mod run;
 mod run_series;
 mod schema;
 mod series;
+#[cfg(feature = "foreign")]
+mod since;
 mod spectrum;
 mod table;
 mod text;
+#[cfg(feature = "foreign")]
+mod texts;
 pub mod timing;
 mod uff;
 mod uff_columns;
@@ -306,6 +319,9 @@ fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     File::open(path).map_err(io("open"))?.take(512).read_to_end(&mut head).map_err(io("read"))?;
     if head.is_empty() {
         return Err(RecordingError::Empty { file: file_name(path) });
+    }
+    if let Some((found, cure)) = recognised::recognised(&head) {
+        return Err(unknown(format!("this is {found}"), cure));
     }
     FORMATS.iter().find(|format| format.sniff(&head)).copied().ok_or_else(|| {
         let first = &head[..head.len().min(8)];

@@ -1,9 +1,12 @@
 //! The variables of a MATLAB file: arrays of numbers, and structures of them.
 
+use crate::array_texts::TextArray;
 use crate::arrays::{Array, Arrays, joined};
 use crate::bytes::{Bytes, COPY};
 use crate::error::RecordingError;
 use crate::matlab_elements::{self as elements, Element};
+use crate::numbers::Number;
+use crate::texts::Texts;
 
 /// Structures inside structures.
 const VALUE_DEPTH_MAX: usize = 12;
@@ -60,10 +63,16 @@ fn variable(
                 arrays.arrays.push(numeric(&mut matrix, group, name, head.shape)?);
             }
         }
+        TEXT => {
+            let mut texts = Texts::default();
+            text_rows(&mut matrix, &head.shape)?.iter().for_each(|text| texts.push(text));
+            arrays.texts.push(TextArray { group: group.to_owned(), name, texts });
+        }
+        CELL => return cells(matrix, (group, &name), &head.shape, depth, arrays),
         STRUCTURE => return structure(matrix, &joined(group, &name), &head.shape, depth, arrays),
         OPAQUE => {
             let class = opaque_class(&mut matrix);
-            arrays.leave_out(joined(group, &name), format!("an object of class `{class}`: save its arrays"));
+            arrays.leave_out(joined(group, &name), object_reason(&class));
         }
         other => arrays.leave_out(joined(group, &name), reason(other)),
     }
@@ -72,13 +81,81 @@ fn variable(
 
 fn reason(class: u32) -> String {
     match class {
-        CELL => "a cell array".into(),
         OBJECT => "an object: save its arrays".into(),
-        TEXT => "text".into(),
         SPARSE => "a sparse matrix: save `full(x)`".into(),
         16 => "a function".into(),
         other => format!("class {other}"),
     }
+}
+
+/// Why an object is not read, and what to save in its place.
+pub(crate) fn object_reason(class: &str) -> String {
+    let save = match class {
+        "timetable" => "`t = seconds(x.Properties.RowTimes - x.Properties.RowTimes(1))` and `d = x.Variables`",
+        "timeseries" => "`t = x.Time` and `d = x.Data`",
+        "table" => "`s = table2struct(x, 'ToScalar', true)`",
+        "datetime" => "`t = posixtime(x)`",
+        "duration" => "`t = seconds(x)`",
+        "string" => "`c = cellstr(x)`",
+        _ if class.starts_with("Simulink.") => "`t = x{1}.Values.Time` and `d = x{1}.Values.Data`",
+        _ => "its arrays",
+    };
+    format!("an object of class `{class}`: save {save}")
+}
+
+/// The rows of an array of letters, blanks at their ends left out.
+fn text_rows(matrix: &mut Bytes<'_>, shape: &[usize]) -> Result<Vec<String>, RecordingError> {
+    let mut element = elements::next(matrix)?;
+    let (left, big_endian) = (element.data.left(), element.data.big_endian);
+    let bytes = element.data.take(left, "a text")?;
+    let width = match element.kind {
+        4 | 17 => 2,
+        18 => 4,
+        _ => 1,
+    };
+    let letters: Vec<char> = match Number::whole(width, false).filter(|_| width > 1) {
+        Some(number) => {
+            let letter = |code: f64| char::from_u32(code as u32).unwrap_or(char::REPLACEMENT_CHARACTER);
+            number.values(bytes, big_endian).into_iter().map(letter).collect()
+        }
+        None => String::from_utf8_lossy(bytes).chars().collect(),
+    };
+    let rows = shape.first().copied().unwrap_or(1).clamp(1, letters.len().max(1));
+    let row = |row: usize| letters.iter().skip(row).step_by(rows).collect::<String>().trim_end().to_owned();
+    Ok((0..rows).map(row).collect())
+}
+
+/// The cells of an array of cells: a list of texts, or each as a variable `name[k]`.
+fn cells(
+    mut matrix: Bytes<'_>,
+    (group, name): (&str, &str),
+    shape: &[usize],
+    depth: usize,
+    arrays: &mut Arrays,
+) -> Result<(), RecordingError> {
+    let count: usize = shape.iter().product();
+    let mut cells = Vec::new();
+    while cells.len() < count && matrix.left() > 0 {
+        cells.push(elements::next(&mut matrix)?.data);
+    }
+    let is_text = |cell: &Bytes<'_>| cell.left() > 0 && head(&mut cell.clone()).is_ok_and(|head| head.class == TEXT);
+    if count > 1 && cells.iter().all(is_text) {
+        let mut texts = Texts::default();
+        for mut cell in cells {
+            let head = head(&mut cell)?;
+            texts.push(text_rows(&mut cell, &head.shape)?.first().map_or("", String::as_str));
+        }
+        arrays.texts.push(TextArray { group: group.to_owned(), name: name.to_owned(), texts });
+        return Ok(());
+    }
+    if depth == 0 || count > STRUCTURES_MAX {
+        arrays.leave_out(joined(group, name), format!("an array of {count} cells"));
+        return Ok(());
+    }
+    for (place, cell) in cells.into_iter().enumerate() {
+        variable(cell, group, Some(&format!("{name}[{place}]")), depth - 1, arrays)?;
+    }
+    Ok(())
 }
 
 fn head(matrix: &mut Bytes<'_>) -> Result<Head, RecordingError> {

@@ -3,6 +3,9 @@
 mod definition;
 mod json;
 pub(crate) mod json_file;
+mod json_list;
+mod json_survey;
+mod json_tokens;
 mod left_out;
 mod protobuf;
 mod ros;

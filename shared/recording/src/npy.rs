@@ -1,11 +1,13 @@
 //! One NumPy array (`.npy`): a header that says the type and the shape, then the numbers.
 
+use crate::array_texts::TextArray;
 use crate::arrays::{Array, Arrays, joined};
 use crate::bytes::Bytes;
 use crate::error::RecordingError;
 use crate::intake::origin::{if_any, rest_of_seconds};
 use crate::numbers::Number;
 use crate::python_literal::{self, Literal};
+use crate::texts::Texts;
 
 /// First bytes of a NumPy array.
 pub(crate) const NPY_MAGIC: &[u8] = b"\x93NUMPY";
@@ -19,6 +21,10 @@ enum Kind {
     Time {
         seconds: f64,
         is_date: bool,
+    },
+    /// Letters of one or of four bytes.
+    Text {
+        is_wide: bool,
     },
     /// Not read, and why.
     Other(String),
@@ -100,6 +106,18 @@ impl Field {
             arrays.leave_out(joined(&group, &name), "an array of arrays in Fortran order");
             return;
         }
+        if let Kind::Text { is_wide } = self.kind {
+            if shape.len() + self.shape.len() > 1 {
+                arrays.leave_out(joined(&group, &name), "text");
+                return;
+            }
+            let mut texts = Texts::default();
+            let element = |element: &[u8]| element.get(self.offset..self.offset + self.width).map(<[u8]>::to_vec);
+            let all = data.chunks_exact(stride.max(1)).filter_map(element);
+            all.for_each(|bytes| texts.push(&text(&bytes, is_wide, self.big_endian)));
+            arrays.texts.push(TextArray { group, name, texts });
+            return;
+        }
         let each = self.shape.iter().product::<usize>();
         let (offset, width) = (self.offset, self.width);
         let at = |element: &[u8], place: usize| {
@@ -114,7 +132,7 @@ impl Field {
             Kind::Time { is_date, .. } => (is_date, Some("s".to_string())),
             _ => (false, None),
         };
-        arrays.arrays.push(Array { group, name, unit, shape, column_major, is_time, values, rest });
+        arrays.arrays.push(Array { group, name, unit, shape, column_major, is_time, values, rest, ..Array::default() });
     }
 }
 
@@ -139,9 +157,20 @@ impl Kind {
                     _ => (count as f64 * seconds, 0.0),
                 }
             }
-            Kind::Other(_) => (f64::NAN, 0.0),
+            Kind::Text { .. } | Kind::Other(_) => (f64::NAN, 0.0),
         }
     }
+}
+
+/// A text up to its first zero.
+fn text(bytes: &[u8], is_wide: bool, big_endian: bool) -> String {
+    if !is_wide {
+        let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+        return String::from_utf8_lossy(&bytes[..end]).into_owned();
+    }
+    let code = |bytes: &[u8]| Number::Unsigned(4).value(bytes, big_endian) as u32;
+    let letters = bytes.chunks_exact(4).map(code).take_while(|code| *code != 0);
+    letters.map(|code| char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
 /// Fields of a type and the bytes of one element.
@@ -189,12 +218,13 @@ fn simple(text: &str) -> Option<(Kind, usize, bool)> {
         'i' => number(Number::whole(width, true)),
         'u' => number(Number::whole(width, false)),
         'b' if width == 1 => number(Number::whole(1, false)),
+        'U' => Some(Kind::Text { is_wide: true }),
+        'S' | 'a' => Some(Kind::Text { is_wide: false }),
         'M' | 'm' if width == 8 => seconds_of(unit).map(|seconds| Kind::Time { seconds, is_date: letter == 'M' }),
         _ => None,
     };
     let other = match letter {
         'O' => "Python objects".to_string(),
-        'U' | 'S' | 'a' => "text".to_string(),
         'c' => "complex numbers: save the real and the imaginary part".to_string(),
         _ => format!("type `{text}`"),
     };

@@ -7,7 +7,7 @@ use crate::arrays::Arrays;
 use crate::bytes::{self, Bytes};
 use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;
-use crate::{file_name, npy, zip};
+use crate::{file_name, npy, recognised, zip};
 use std::path::Path;
 
 /// The wanted datasets of a `.npy` or `.npz` file.
@@ -30,7 +30,13 @@ fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<Ra
         return arrays.into_datasets(file, wanted);
     }
     let mut budget = content.len().saturating_mul(bytes::EXPANSION_MAX);
-    for entry in zip::entries(file, content)? {
+    let entries = zip::entries(file, content)?;
+    if !entries.iter().any(|entry| entry.name.ends_with(".npy")) {
+        let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+        let (found, cure) = recognised::archive(&names);
+        return Err(RecordingError::UnknownFormat { file: file.into(), found, cure });
+    }
+    for entry in entries {
         let Some(name) = entry.name.strip_suffix(".npy") else {
             arrays.leave_out(entry.name, "no NumPy array");
             continue;

@@ -2,6 +2,7 @@
 
 use crate::bytes::{Bytes, COPY};
 use crate::error::RecordingError;
+use crate::numbers::Number;
 use crate::parquet_schema::Physical;
 use crate::parquet_thrift::{variable_length, zigzag};
 
@@ -64,7 +65,32 @@ pub(crate) fn plain(bytes: &mut Bytes<'_>, physical: Physical, count: usize) -> 
     }
     let width = physical.width();
     let data = bytes.take(count.saturating_mul(width), "numbers")?;
-    Ok(data.chunks_exact(width).map(|number| if width == 12 { nanoseconds(number) } else { whole(number) }).collect())
+    let of = |number: &[u8]| match physical {
+        Physical::Date96 => nanoseconds(number),
+        Physical::Decimal(_) => decimal(number).to_bits(),
+        Physical::Half => Number::Float(2).value(number, false).to_bits(),
+        _ => whole(number),
+    };
+    Ok(data.chunks_exact(width.max(1)).map(of).collect())
+}
+
+/// A whole number of two's complement, the most significant byte first.
+fn decimal(bytes: &[u8]) -> f64 {
+    let sign = if bytes.first().is_some_and(|byte| *byte > 127) { -1i128 } else { 0 };
+    bytes.iter().fold(sign, |value, byte| value << 8 | i128::from(*byte)) as f64
+}
+
+/// `count` texts one after another, each with its length in front.
+///
+/// # Errors
+/// The bytes end before.
+pub(crate) fn texts<'a>(bytes: &mut Bytes<'a>, count: usize) -> Result<Vec<&'a [u8]>, RecordingError> {
+    let mut texts = Vec::new();
+    for _ in 0..count {
+        let length = bytes.u32("the length of a text")? as usize;
+        texts.push(bytes.take(length, "a text")?);
+    }
+    Ok(texts)
 }
 
 fn whole(bytes: &[u8]) -> u64 {

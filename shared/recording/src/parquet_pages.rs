@@ -1,10 +1,13 @@
 //! The pages of one column of a Parquet file.
 
-use crate::bytes::{Bytes, COPY, expanded};
+use crate::bytes::{Bytes, COPY};
 use crate::error::RecordingError;
 use crate::parquet_encodings as encodings;
 use crate::parquet_schema::{Leaf, Meaning, Physical};
 use crate::parquet_thrift::{self as thrift, Value};
+use crate::parquet_unpack::{compression, unpacked};
+use crate::text::stamps::Form;
+use crate::texts::{Cell, cell, seconds_of};
 use std::borrow::Cow;
 
 const CURE: &str = "write the file again, with the compression `snappy` and without encryption";
@@ -26,11 +29,54 @@ pub(crate) struct Chunk<'a> {
     /// Level of a value that is there.
     level: u32,
     meaning: Meaning,
+    /// Rows are lists.
+    is_list: bool,
     /// The numbers that indices stand for.
     dictionary: Option<Vec<u64>>,
-    values: Vec<f64>,
+    /// Form of the dates before.
+    form: Option<Form>,
+    pages: Pages,
+}
+
+/// What pages hold.
+#[derive(Debug, Default)]
+pub(crate) struct Pages {
+    /// NaN for what is missing.
+    pub values: Vec<f64>,
     /// What they do not hold of whole numbers; empty: nothing.
-    rest: Vec<f64>,
+    pub rest: Vec<f64>,
+    /// Whether a value is the first of its row; empty where each is.
+    pub starts: Vec<bool>,
+    /// What texts are.
+    kinds: u8,
+}
+
+const NUMBER: u8 = 1;
+const DATE: u8 = 2;
+/// Bits of a text that says that there is no value.
+const MISSING: u64 = u64::MAX;
+
+impl Pages {
+    /// Adds what follows.
+    pub fn extend(&mut self, other: Pages) {
+        if !other.rest.is_empty() {
+            self.rest.resize(self.values.len(), 0.0);
+            self.rest.extend(other.rest);
+        }
+        self.values.extend(other.values);
+        self.starts.extend(other.starts);
+        self.kinds |= other.kinds;
+    }
+
+    /// Whether texts are numbers or dates, all of them.
+    pub fn is_number(&self) -> bool {
+        self.kinds.count_ones() == 1
+    }
+
+    /// Whether texts are dates.
+    pub fn is_date(&self) -> bool {
+        self.kinds == DATE
+    }
 }
 
 impl<'a> Chunk<'a> {
@@ -66,9 +112,10 @@ impl<'a> Chunk<'a> {
             limit,
             level,
             meaning,
+            is_list: leaf.is_list,
             dictionary: None,
-            values: Vec::new(),
-            rest: Vec::new(),
+            form: None,
+            pages: Pages::default(),
         })
     }
 
@@ -77,12 +124,12 @@ impl<'a> Chunk<'a> {
         self.count
     }
 
-    /// All values, NaN for what is missing, and what they do not hold of whole numbers.
+    /// All values.
     ///
     /// # Errors
-    /// A damaged page, a compression or an encoding that is not read.
-    pub fn read(mut self) -> Result<(Vec<f64>, Vec<f64>), RecordingError> {
-        while self.values.len() < self.count {
+    /// A damaged page, a compression or an encoding that is not read, a text that is no number.
+    pub fn read(mut self) -> Result<Pages, RecordingError> {
+        while self.pages.values.len() < self.count {
             let head = thrift::structure(&mut self.bytes)?;
             let size = head.size(3).ok_or_else(|| self.error("a page without a size"))?;
             let data = self.bytes.take(size, "a page")?;
@@ -93,10 +140,10 @@ impl<'a> Chunk<'a> {
                 _ => {}
             }
         }
-        if !self.rest.is_empty() {
-            self.rest.resize(self.values.len(), 0.0);
+        if !self.pages.rest.is_empty() {
+            self.pages.rest.resize(self.pages.values.len(), 0.0);
         }
-        Ok((self.values, self.rest))
+        Ok(self.pages)
     }
 
     fn error(&self, found: impl Into<String>) -> RecordingError {
@@ -107,7 +154,48 @@ impl<'a> Chunk<'a> {
         let page = self.unpacked(data, head.size(2))?;
         let count = head.get(7).and_then(|head| head.size(1));
         let count = count.ok_or_else(|| self.error("a dictionary without a count"))?;
+        if self.meaning.physical == Physical::Text {
+            let part = self.part.clone();
+            return self.texts(&mut Bytes::new(self.file, &part, &page), count);
+        }
         encodings::plain(&mut Bytes::new(self.file, &self.part, &page), self.meaning.physical, count)
+    }
+
+    /// Texts as bits: of nanoseconds since 1970, or of a number.
+    fn texts(&mut self, bytes: &mut Bytes<'_>, count: usize) -> Result<Vec<u64>, RecordingError> {
+        let mut all = Vec::new();
+        for text in encodings::texts(bytes, count)? {
+            let found = core::str::from_utf8(text).map_or(Cell::Text, |text| cell(text, &mut self.form));
+            all.push(match found {
+                Cell::Number(value) => {
+                    self.pages.kinds |= NUMBER;
+                    value.to_bits()
+                }
+                Cell::Date(ns) => {
+                    self.pages.kinds |= DATE;
+                    ns as u64
+                }
+                Cell::Missing => MISSING,
+                Cell::Text => return Err(self.error("a text is no number")),
+            });
+        }
+        Ok(all)
+    }
+
+    /// The number that bits stand for, and what its `f64` does not hold.
+    fn value(&self, bits: u64) -> (f64, f64) {
+        match self.meaning.physical {
+            Physical::Text if bits == MISSING => (f64::NAN, 0.0),
+            Physical::Text if self.pages.kinds == DATE => seconds_of(i128::from(bits as i64)),
+            _ => (self.meaning.value(bits), self.meaning.rest(bits)),
+        }
+    }
+
+    /// Adds where rows begin, by the levels of repetition.
+    fn add_starts(&mut self, mut levels: Bytes<'_>, count: usize) -> Result<(), RecordingError> {
+        let levels = encodings::runs(&mut levels, 1, count)?;
+        self.pages.starts.extend(levels.into_iter().map(|level| level == 0));
+        Ok(())
     }
 
     /// A page of the first kind: levels and values, compressed together.
@@ -117,6 +205,10 @@ impl<'a> Chunk<'a> {
         let mut bytes = Bytes::new(self.file, &part, &page);
         let head = head.get(5).ok_or_else(|| self.error("a page without a header"))?;
         let count = self.count_of(head)?;
+        if self.is_list {
+            let length = bytes.u32("the levels")? as usize;
+            self.add_starts(bytes.split(length, "the levels")?, count)?;
+        }
         let there = if self.level > 0 {
             if head.whole(3) == Some(BIT_PACKED) {
                 return Err(bytes.error("levels of an old kind are not read", CURE));
@@ -137,7 +229,10 @@ impl<'a> Chunk<'a> {
         let part = self.part.clone();
         let mut bytes = Bytes::new(self.file, &part, data);
         let (definition, repetition) = (head.size(5).unwrap_or(0), head.size(6).unwrap_or(0));
-        bytes.take(repetition, "the levels")?;
+        let repeated = bytes.split(repetition, "the levels")?;
+        if self.is_list {
+            self.add_starts(repeated, count)?;
+        }
         let levels = bytes.split(definition, "the levels")?;
         let there = if self.level > 0 { Some(there(levels, self.level, count)?) } else { None };
         let packed = bytes.take(bytes.left(), "the values")?;
@@ -151,7 +246,7 @@ impl<'a> Chunk<'a> {
 
     /// Values of a page, those that are missing included.
     fn count_of(&self, head: &Value) -> Result<usize, RecordingError> {
-        let left = self.count - self.values.len();
+        let left = self.count - self.pages.values.len();
         let count = head.size(1).filter(|count| (1..=left).contains(count));
         count.ok_or_else(|| self.error(format!("a page has {:?} values, {left} are due", head.whole(1))))
     }
@@ -165,18 +260,23 @@ impl<'a> Chunk<'a> {
         there: Option<Vec<bool>>,
     ) -> Result<(), RecordingError> {
         let number = there.as_ref().map_or(count, |there| there.iter().filter(|there| **there).count());
-        let meaning = self.meaning;
-        let stored = decoded(&mut bytes, encoding, number, meaning.physical, self.dictionary.as_deref())?;
-        let mut stored = stored.into_iter().map(|bits| (meaning.value(bits), meaning.rest(bits)));
-        let absent = (f64::NAN, 0.0);
+        let physical = self.meaning.physical;
+        let stored = if physical == Physical::Text && encoding == Some(0) {
+            self.texts(&mut bytes, number)?
+        } else {
+            decoded(&mut bytes, encoding, number, physical, self.dictionary.as_deref())?
+        };
+        let mut stored = stored.into_iter();
         for k in 0..count {
             let is_there = there.as_ref().is_none_or(|there| there[k]);
-            let (value, rest) = if is_there { stored.next().unwrap_or(absent) } else { absent };
-            self.values.push(value);
+            let bits = if is_there { stored.next() } else { None };
+            let (value, rest) = bits.map_or((f64::NAN, 0.0), |bits| self.value(bits));
+            let pages = &mut self.pages;
+            pages.values.push(value);
             // most columns leave none
             if rest != 0.0 {
-                self.rest.resize(self.values.len(), 0.0);
-                self.rest[self.values.len() - 1] = rest;
+                pages.rest.resize(pages.values.len(), 0.0);
+                pages.rest[pages.values.len() - 1] = rest;
             }
         }
         Ok(())
@@ -193,33 +293,16 @@ impl<'a> Chunk<'a> {
         if size == 0 {
             return Ok(Cow::Borrowed(&[]));
         }
-        let data = match self.codec {
-            1 => snappy(packed, size),
-            2 => expanded(flate2::read::MultiGzDecoder::new(packed), size).map_err(|reason| reason.to_string()),
-            6 => zstd::stream::read::Decoder::with_buffer(packed)
-                .and_then(|stream| expanded(stream, size))
-                .map_err(|reason| reason.to_string()),
-            7 => lz4(packed, size).ok_or_else(|| "the bytes are no block of LZ4".to_string()),
-            other => {
-                let found = format!("the compression {} (number {other}) is not read", compression(other));
-                return Err(Bytes::new(self.file, &self.part, &[]).error(found, CURE));
-            }
-        };
+        let data = unpacked(self.codec, packed, size).ok_or_else(|| {
+            let found = format!("the compression {} (number {}) is not read", compression(self.codec), self.codec);
+            Bytes::new(self.file, &self.part, &[]).error(found, CURE)
+        })?;
         let data = data.map_err(|reason| self.error(format!("a page cannot be expanded: {reason}")))?;
         if data.len() == size {
             Ok(Cow::Owned(data))
         } else {
             Err(self.error("a page has another size than it states"))
         }
-    }
-}
-
-fn compression(number: i64) -> &'static str {
-    match number {
-        3 => "LZO",
-        4 => "Brotli",
-        5 => "LZ4 of Hadoop",
-        _ => "of an unknown kind",
     }
 }
 
@@ -239,7 +322,7 @@ fn decoded(
 ) -> Result<Vec<u64>, RecordingError> {
     match encoding {
         _ if count == 0 => Ok(Vec::new()),
-        Some(0) => encodings::plain(bytes, physical, count),
+        Some(0) if physical != Physical::Text => encodings::plain(bytes, physical, count),
         Some(2 | 8) => {
             let width = u32::from(bytes.u8("the width of indices")?);
             let indices = encodings::runs(bytes, width, count)?;
@@ -252,55 +335,9 @@ fn decoded(
             encodings::runs(bytes, 1, count)
         }
         Some(5) if matches!(physical, Physical::Whole32 | Physical::Whole64) => encodings::differences(bytes, count),
-        Some(9) if !matches!(physical, Physical::Truth | Physical::Date96) => {
+        Some(9) if matches!(physical, Physical::Whole32 | Physical::Whole64 | Physical::Float | Physical::Double) => {
             encodings::split_bytes(bytes, physical, count)
         }
         other => Err(bytes.error(format!("the encoding {other:?} is not read for these numbers"), CURE)),
-    }
-}
-
-fn snappy(packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
-    let stated = snap::raw::decompress_len(packed).map_err(|reason| reason.to_string())?;
-    if stated != size {
-        return Err(format!("{stated} bytes are stated inside, {size} outside"));
-    }
-    snap::raw::Decoder::new().decompress_vec(packed).map_err(|reason| reason.to_string())
-}
-
-/// A block of LZ4: literal bytes, then bytes that stood before, in turn.
-fn lz4(packed: &[u8], size: usize) -> Option<Vec<u8>> {
-    let mut rest = packed.iter().copied();
-    let mut out: Vec<u8> = Vec::new();
-    let length = |short: u8, rest: &mut dyn Iterator<Item = u8>| {
-        let mut length = usize::from(short);
-        if short == 15 {
-            loop {
-                let more = rest.next()?;
-                length += usize::from(more);
-                if more != 255 {
-                    break;
-                }
-            }
-        }
-        Some(length)
-    };
-    loop {
-        let token = rest.next()?;
-        let literal = length(token >> 4, &mut rest)?;
-        if out.len() + literal > size {
-            return None;
-        }
-        let before = out.len();
-        out.extend(rest.by_ref().take(literal));
-        if out.len() - before < literal {
-            return None;
-        }
-        let Some(low) = rest.next() else { return Some(out) };
-        let distance = usize::from(u16::from_le_bytes([low, rest.next()?]));
-        let copied = length(token & 15, &mut rest)? + 4;
-        let from = out.len().checked_sub(distance).filter(|_| distance > 0 && out.len() + copied <= size)?;
-        for place in from..from + copied {
-            out.push(out[place]);
-        }
     }
 }

@@ -8,12 +8,18 @@
 
 use crate::Imported;
 use crate::error::{Place, RecordingError};
+use crate::intake::plan::Plan;
 use crate::series::{NOT_ONE_RATE, Restart, Segments, SeriesSet, restarted};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
 use crate::timing::{Timing, check_extent, examine, in_words, is_unsteady};
 use channels::{Channel, EvenClock, Stamps};
 use core::ops::Range;
+
+mod newest_first;
+mod wraps;
+
+use wraps::Wraps;
 
 /// What the first column counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +50,10 @@ pub(crate) struct Rows {
     conflict: Option<RecordingError>,
     /// What times count from [s since 1970]; 0: from where the file says.
     pub origin_s: i64,
+    /// What the clock has begun again.
+    wraps: Wraps,
+    /// The newest row stands first.
+    newest_first: bool,
 }
 
 impl Rows {
@@ -64,7 +74,14 @@ impl Rows {
             repeated: Vec::new(),
             conflict: None,
             origin_s: 0,
+            wraps: Wraps::default(),
+            newest_first: false,
         }
+    }
+
+    /// Rows by the clock of a plan, which may begin again.
+    pub fn with_clock_of(self, plan: &Plan) -> Self {
+        Rows { wraps: Wraps::of(plan), ..self }
     }
 
     /// Rows of columns that stand elsewhere in the file: header text of the first and positions.
@@ -88,7 +105,13 @@ impl Rows {
         }
         let empty = self.source.iter().zip(&filled).filter(|(_, filled)| !**filled);
         let names = empty.map(|(column, _)| format!("`{}` (empty)", column.name)).collect();
-        let kept = |column: usize| filled[column];
+        self.keep_columns(&filled);
+        names
+    }
+
+    /// Drops the columns that are not to be kept.
+    pub fn keep_columns(&mut self, which: &[bool]) {
+        let kept = |column: usize| which[column];
         retain(&mut self.source, &kept);
         retain(&mut self.values, &kept);
         if let Some((first, mut others)) = self.positions.split_first().map(|(first, others)| (*first, others.to_vec()))
@@ -96,7 +119,6 @@ impl Rows {
             retain(&mut others, &kept);
             self.positions = core::iter::once(first).chain(others).collect();
         }
-        names
     }
 
     fn place(&self, line: u64, column: usize) -> Box<Place> {
@@ -127,7 +149,28 @@ impl Rows {
         if let Some(bad) = row.iter().position(|value| value.is_infinite()) {
             return Err(self.not_finite(line, row, bad));
         }
+        if self.axis == Axis::Time && !self.newest_first {
+            let start = self.starts[self.starts.len() - 1];
+            let shift_s = self.wraps.shift_s(line, row[0], &self.first[start..]);
+            if shift_s != 0.0 {
+                let mut shifted = row.to_vec();
+                shifted[0] += shift_s;
+                return self.push_in_order(line, &shifted);
+            }
+        }
+        self.push_in_order(line, row)
+    }
+
+    fn push_in_order(&mut self, line: u64, row: &[f64]) -> Result<(), RecordingError> {
+        if self.is_newest_first(row[0]) {
+            self.newest_first = true;
+            self.add(line, row);
+            return Ok(());
+        }
         match (self.axis, self.first.last().copied()) {
+            (Axis::Time, Some(before)) if self.newest_first && row[0] > before => {
+                return Err(self.rises(line, before, row[0]));
+            }
             (Axis::Frequency, before) => self.check_frequency(line, before, row[0])?,
             (Axis::Time, Some(before)) if row[0] == before => {
                 self.same_time(line, row);
@@ -138,6 +181,11 @@ impl Rows {
         }
         self.add(line, row);
         Ok(())
+    }
+
+    /// Way that the times go, forth and back [s].
+    pub fn way_s(&self) -> f64 {
+        self.first.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
     }
 
     fn add(&mut self, line: u64, row: &[f64]) {
@@ -209,6 +257,11 @@ impl Rows {
             return Ok(None);
         }
         let one = self.starts.len() == 1;
+        let order = self.oldest_first().or_else(|| self.wraps.note());
+        let joined = |clock: Option<String>| match (order, clock) {
+            (Some(order), Some(clock)) => Some(format!("{order}; {clock}")),
+            (order, clock) => order.or(clock),
+        };
         if self.conflict.is_none() {
             self.drop_repeated();
         }
@@ -217,9 +270,9 @@ impl Rows {
             Some(clock) => {
                 let as_timed = self.first.iter_mut().enumerate();
                 as_timed.for_each(|(i, time)| *time = clock.time_s(i));
-                Ok(Some(in_words(&clock)))
+                Ok(joined(Some(in_words(&clock))))
             }
-            None => self.conflict.take().map_or(Ok(None), Err),
+            None => self.conflict.take().map_or(Ok(joined(None)), Err),
         }
     }
 
@@ -245,7 +298,9 @@ impl Rows {
             return self.into_spectrum().map(Imported::Spectrum);
         }
         if self.starts.len() > 1 {
-            return self.into_segments().map(Imported::Segments);
+            let mut segments = self.into_segments()?;
+            segments.parts.iter_mut().for_each(|part| part.notes.extend(clock.clone()));
+            return Ok(Imported::Segments(segments));
         }
         let reason = match self.first_empty() {
             Some(place) => {

@@ -1,13 +1,21 @@
 //! Text of recordings as loggers write it: encoding, separator, decimal sign, header, stamps.
 
 pub(crate) mod at_most;
+mod beside;
 pub(crate) mod cells;
 pub(crate) mod dialect;
 pub(crate) mod encoding;
+pub(crate) mod foreign;
 mod header;
+pub(crate) mod interval;
+pub(crate) mod layout;
 pub(crate) mod lines;
+pub(crate) mod number;
 pub(crate) mod quantity;
-pub(crate) mod stamps;
+pub(crate) mod signs;
+mod units_lines;
+
+pub(crate) use crate::intake::stamps;
 
 /// The first 60 characters, control characters made visible: a binary file must not fill the
 /// operator's screen, nor move its cursor.

@@ -136,7 +136,8 @@ pub(crate) fn examine(file: &str, time_s: &[f64], lines: &[u64], duplicates: u64
 
 /// Whether more than one interval in twenty is off the median by more than a twentieth: then
 /// the stamps may be at fault. Less is a jitter that methods of one rate stand: it moves
-/// a signal at a tenth of the Nyquist frequency by `0.05 · 0.1 π`, 1.6 % of its amplitude.
+/// a signal at a tenth of the Nyquist frequency by `0.05 · 0.1 π`, 1.6 % of its amplitude. Nor is
+/// a clock steady on which more time is missing than is there: its rows may come in packets.
 pub(crate) fn is_unsteady(time_s: &[f64]) -> bool {
     const STEADY_SHARE: f64 = 0.05;
     let intervals: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -145,7 +146,9 @@ pub(crate) fn is_unsteady(time_s: &[f64]) -> bool {
     }
     let median = median(&intervals);
     let off = intervals.iter().filter(|interval| (*interval - median).abs() > STEADY_SHARE * median).count();
-    off as f64 > STEADY_SHARE * intervals.len() as f64
+    let missing_s: f64 = intervals.iter().filter(|interval| **interval > GAP_MEDIANS * median).sum();
+    let is_there_s = median * intervals.len() as f64;
+    off as f64 > STEADY_SHARE * intervals.len() as f64 || missing_s > is_there_s
 }
 
 /// What a clock made of the stamps.

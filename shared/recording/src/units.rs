@@ -48,8 +48,18 @@ impl Unit {
 /// Unit of a channel whose file states none: no unit of a plant equals it.
 pub const NOT_STATED: &str = "?";
 
-/// Alone, each may be two things, a gauss or a standard gravity.
-const AMBIGUOUS: &[&str] = &["G", "mG", "uG", "nG"];
+/// Alone, each may be two things; how either is spelled.
+const AMBIGUOUS: &[(&[&str], &str)] = &[
+    (&["G", "mG", "uG", "nG"], "[gauss] or [gn], a standard gravity"),
+    (&["lb", "lbs"], "[lbm], a mass, or [lbf], a force"),
+];
+
+/// How the two things are spelled that the unit `text` may be.
+#[must_use]
+pub fn two_meanings(text: &str) -> Option<&'static str> {
+    let plain = plain(text);
+    AMBIGUOUS.iter().find(|(names, _)| names.contains(&plain.as_str())).map(|(_, spellings)| *spellings)
+}
 
 /// The SI units of channels and the usual units of each: what a hint lists.
 const LISTED: &[(&str, &str)] = &[
@@ -82,6 +92,8 @@ const LISTED: &[(&str, &str)] = &[
     ("m/s^3", "m/s^3"),
     ("m^2", "m^2"),
     ("m^3", "m^3"),
+    ("m^3/s", "m^3/s"),
+    ("l/min", "m^3/s"),
     ("1/s", "1/s"),
     // Frequency responses: receptance, mobility, accelerance, and those of a torque.
     ("m/N", "m/N"),
@@ -184,11 +196,67 @@ static SI: LazyLock<Vec<(&str, Spelled)>> = LazyLock::new(|| {
 pub fn unit_named(text: &str) -> Option<Unit> {
     let plain = plain(text);
     let plain = if matches!(plain.as_str(), "" | "1") { "-" } else { plain.as_str() };
-    if AMBIGUOUS.contains(&plain) {
+    if two_meanings(plain).is_some() {
         return None;
     }
     let listed = UNITS.iter().find(|unit| unit.symbol == plain).copied();
-    listed.or_else(|| [spelled(plain), spelled_with_gram(plain)].iter().find_map(of_channels))
+    let product = |plain: &str| [spelled(plain), spelled_with_gram(plain)].iter().find_map(of_channels);
+    listed.or_else(|| product(plain)).or_else(|| in_usual_case(plain).and_then(|plain| product(&plain)))
+}
+
+/// `DEG/S`, `M/S^2`, `Rad/Sec`, `KPA` in small letters where the table has them so; `None` for words
+/// that are something else in capitals, too.
+fn in_usual_case(plain: &str) -> Option<String> {
+    const LABELS: &[&str] = &["IN", "MIN", "M", "S", "A", "NM"];
+    if LABELS.contains(&plain) || !plain.contains(char::is_uppercase) {
+        return None;
+    }
+    let letters = |c: char| c.is_alphabetic();
+    let mut usual = String::new();
+    let mut rest = plain;
+    while !rest.is_empty() {
+        let end = rest.find(|c| !letters(c)).unwrap_or(rest.len());
+        let (word, behind) = rest.split_at(end);
+        let sign = behind.find(letters).unwrap_or(behind.len());
+        usual.push_str(&if word.is_empty() { String::new() } else { word_in_usual_case(word)? });
+        usual.push_str(&behind[..sign]);
+        rest = &behind[sign..];
+    }
+    Some(usual)
+}
+
+fn word_in_usual_case(word: &str) -> Option<String> {
+    const SHORT: &[(&str, &str)] = &[
+        ("M", "m"),
+        ("S", "s"),
+        ("MM", "mm"),
+        ("CM", "cm"),
+        ("KM", "km"),
+        ("FT", "ft"),
+        ("IN", "in"),
+        ("MS", "ms"),
+        ("US", "us"),
+        ("KN", "kN"),
+        ("NM", "Nm"),
+        ("KNM", "kNm"),
+        ("PA", "Pa"),
+        ("HPA", "hPa"),
+        ("KPA", "kPa"),
+        ("MPA", "MPa"),
+        ("KHZ", "kHz"),
+        ("MHZ", "MHz"),
+        ("GHZ", "GHz"),
+        ("KW", "kW"),
+        ("KV", "kV"),
+    ];
+    if let Some((_, usual)) = SHORT.iter().find(|(capitals, _)| *capitals == word) {
+        return Some((*usual).into());
+    }
+    if is_symbol(word) {
+        return Some(word.into());
+    }
+    let small = word.to_lowercase();
+    (word.chars().count() > 2 && is_symbol(&small)).then_some(small)
 }
 
 /// A unit whose dimension is that of an SI unit of the list: of several (N m and J, kg/s and

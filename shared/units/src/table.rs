@@ -28,7 +28,7 @@ const POUND_N: f64 = 44_482_216_152_605.0;
 /// Every symbol.
 pub(crate) static SYMBOLS: &[Symbol] = &[
     symbol(&["kg", "kilogram", "kilograms", "Kg", "KG", "kgs", "кг"], KILOGRAM, ""),
-    symbol(&["gram", "grams"], unit([1, 0, 0, 0, 0], 1.0, 1e3, 0), ""),
+    symbol(&["gram", "grams"], unit([1, 0, 0, 0, 0], 1.0, 1e3, 0), "um"),
     symbol(&["lb", "lbs", "lbm"], unit([1, 0, 0, 0, 0], 45_359_237.0, 1.0, -8), ""),
     symbol(&["oz"], unit([1, 0, 0, 0, 0], 28_349_523_125.0, 1.0, -12), ""),
     symbol(&["slug", "slugs"], unit([1, 0, 0, 0, 0], POUND_N, 3048.0, -9), ""),
@@ -53,6 +53,9 @@ pub(crate) static SYMBOLS: &[Symbol] = &[
     symbol(&["d", "day", "days"], unit([0, 0, 1, 0, 0], 86_400.0, 1.0, 0), ""),
     symbol(&["Hz", "hz", "HZ", "hertz", "Hertz", "Гц"], unit([0, 0, -1, 0, 0], 1.0, 1.0, 0).of_cycles(), "numkMG"),
     symbol(&["kn", "kt", "kts", "knot", "knots"], unit([0, 1, -1, 0, 0], 1852.0, 3600.0, 0), ""),
+    symbol(&["fps"], unit([0, 1, -1, 0, 0], 3048.0, 1.0, -4), ""),
+    symbol(&["ips"], unit([0, 1, -1, 0, 0], 254.0, 1.0, -4), ""),
+    symbol(&["liter", "liters", "litre", "litres"], unit([0, 3, 0, 0, 0], 1.0, 1.0, -3), "m"),
     symbol(&["mph"], unit([0, 1, -1, 0, 0], 1_609_344.0, 3600.0, -3), ""),
     symbol(&["kph", "kmh", "kmph"], unit([0, 1, -1, 0, 0], 1.0, 3600.0, 0).prefixed(3), ""),
     symbol(&["mps"], unit([0, 1, -1, 0, 0], 1.0, 1.0, 0), ""),
@@ -114,7 +117,7 @@ pub(crate) static SYMBOLS: &[Symbol] = &[
     symbol(&["W", "watt", "watts", "Watt"], unit([1, 2, -3, 0, 0], 1.0, 1.0, 0), "numkM"),
     symbol(&["Pa", "pascal", "pascals"], unit([1, -1, -2, 0, 0], 1.0, 1.0, 0), "numhkMG"),
     symbol(&["bar"], unit([1, -1, -2, 0, 0], 1.0, 1.0, 0).prefixed(5), "m"),
-    symbol(&["psi", "PSI"], unit([1, -1, -2, 0, 0], POUND_N, 64_516.0, -5), "k"),
+    symbol(&["psi", "PSI", "psia"], unit([1, -1, -2, 0, 0], POUND_N, 64_516.0, -5), "k"),
     symbol(&["atm"], unit([1, -1, -2, 0, 0], 101_325.0, 1.0, 0), ""),
     symbol(&["Torr", "torr", "mmHg"], unit([1, -1, -2, 0, 0], 101_325.0, 760.0, 0), "m"),
     symbol(
@@ -161,12 +164,29 @@ pub(crate) static TEMPERATURES: &[(&[&str], Unit)] = &[
 ];
 
 /// What is meant as a whole, and how it is read: pounds times feet are a torque, and nobody means
-/// a mass times a length; a servo's g is a mass where a length or a time follows.
+/// a mass times a length; a servo's g is a mass where a length or a time follows; `ms-1` is what
+/// journals print of m s⁻¹.
 pub(crate) static WHOLE: &[(&[&str], &str)] = &[
     (&["ft*lb", "lb*ft", "ft*lbs", "lbs*ft"], "ftlbf"),
     (&["in*lb", "lb*in", "in*lbs", "lbs*in"], "inlbf"),
     (&["oz*in", "in*oz", "ozin", "inoz"], "ozf*in"),
     (&["g/s"], "gram/s"),
+    (&["ms-1", "ms^-1"], "m/s"),
+    (&["ms-2", "ms^-2"], "m/s^2"),
+    (&["mms-1", "mms^-1"], "mm/s"),
+    (&["cms-1", "cms^-1"], "cm/s"),
+    (&["kms-1", "kms^-1"], "km/s"),
+    (&["rads-1", "rads^-1"], "rad/s"),
+    (&["rads-2", "rads^-2"], "rad/s^2"),
+    (&["degs-1", "degs^-1"], "deg/s"),
+    (&["degs-2", "degs^-2"], "deg/s^2"),
+    (&["kgcm"], "kgf*cm"),
+    (&["milli*g"], "mg"),
+    (&["micro*g"], "ug"),
+    (&["l/min", "L/min", "lpm", "LPM"], "liter/min"),
+    (&["ml/min", "mL/min"], "mliter/min"),
+    (&["l/s", "L/s"], "liter/s"),
+    (&["l/h", "L/h"], "liter/h"),
     (&["r/min"], "rpm"),
     (&["r/s"], "rps"),
     (&["a*u", "n/a", "ADC*counts", "ADC*count"], "1"),

@@ -88,8 +88,8 @@ pub(super) fn learned(
     Some(best.0 + width - at.log_likelihood)
 }
 
-/// `horizons` of `model` with what its shared parameters give a distance: with C = P⁻¹ = L Lᵀ (k × k)
-/// the squares of the columns of J L. Numbers that were fitted to `other` itself give none.
+/// `horizons` of `model` with what its shared parameters give a distance: with C = P⁻¹ = L Lᵀ (k ×
+/// k) the squares of the columns of J L. Numbers that were fitted to `other` itself give none.
 pub(super) fn with_parameters(
     horizons: Horizons,
     ground: Ground<'_>,

@@ -42,8 +42,8 @@ pub(super) struct Pool {
     pub parts: usize,
     /// Keys of all sets that were tried.
     pub seen: BTreeSet<String>,
-    /// Work of a fit, and of a look at the catalogue about a model. A mean: what one law costs, which
-    /// may be a hundred times what others do, must not end the search for these.
+    /// Work of a fit, and of a look at the catalogue about a model. A mean: what one law costs,
+    /// which may be a hundred times what others do, must not end the search for these.
     pub fits: Cost,
     pub looks: Cost,
     /// The search met the limit of its work before a model was expanded that may be the leader's
@@ -207,8 +207,8 @@ impl Pool {
         (0..self.entries.len()).filter(is_open)
     }
 
-    /// An entry was expanded that has the same laws and all of its noise, of which it has some: what is
-    /// met about it was met there, in the place of noise, too.
+    /// An entry was expanded that has the same laws and all of its noise, of which it has some:
+    /// what is met about it was met there, in the place of noise, too.
     fn is_known(&self, entry: &Entry) -> bool {
         let laws = |entry: &Entry| key(&without_noise(&entry.model.set), &entry.model.problem);
         let own = laws(entry);
@@ -216,8 +216,8 @@ impl Pool {
         own != entry.model.key() && self.entries.iter().any(has_met)
     }
 
-    /// Only the plant alone, the best model without a finding and the best ones within the beam stay;
-    /// where the best one is then.
+    /// Only the plant alone, the best model without a finding and the best ones within the beam
+    /// stay; where the best one is then.
     pub(super) fn prune(&mut self) -> usize {
         let (best, quiet) = (self.best(), self.quiet());
         let alive = (1..self.entries.len()).filter(|place| !self.entries[*place].rejected);

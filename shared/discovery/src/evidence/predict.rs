@@ -53,8 +53,8 @@ impl HeldOut {
         gain.beside_free_runs(&other.free, &self.free)
     }
 
-    /// The same with what the parameters give a distance, as well as the fitted recordings tell them:
-    /// their error is no misfit. The model is the one that predicts `other`.
+    /// The same with what the parameters give a distance, as well as the fitted recordings tell
+    /// them: their error is no misfit. The model is the one that predicts `other`.
     pub(super) fn with_parameters(&self, ground: Ground<'_>, other: &Problem, model: &Model) -> Option<Self> {
         let blank = blank(ground, other)?;
         let own = (&self.own.0[..], &self.own.1[..]);

@@ -144,8 +144,8 @@ impl Look<'_> {
         possible.then_some(Proposal { set, instead: false, log_bayes: value - bare, noise })
     }
 
-    /// Laws in the place of all noise that is not stated: what such noise has taken up is evidence of
-    /// no law beside it.
+    /// Laws in the place of all noise that is not stated: what such noise has taken up is evidence
+    /// of no law beside it.
     fn instead(&self, bare: f64, log_m: f64) -> Vec<Proposal> {
         let kept = without_noise(&self.model.set);
         let gone = self.model.set.len() - kept.len();

@@ -125,8 +125,8 @@ impl Pool {
         }
     }
 
-    /// Fits what is proposed about an entry, and the entry without each of its members; `false` where
-    /// work ended before.
+    /// Fits what is proposed about an entry, and the entry without each of its members; `false`
+    /// where work ended before.
     fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) -> bool {
         self.entries[place].expanded = true;
         let begun = ground.session.work.spent();
@@ -171,8 +171,8 @@ impl Pool {
         is_whole
     }
 
-    /// Plans the `left` ones of `count` fits about an entry; of the first one as much again about what
-    /// is ahead of it.
+    /// Plans the `left` ones of `count` fits about an entry; of the first one as much again about
+    /// what is ahead of it.
     fn plan(&self, session: &EstimationSession<'_>, (place, left, count): (usize, usize, usize)) {
         let now = self.fits.most() * left as f64;
         let is_first = self.entries.iter().filter(|entry| entry.expanded).count() == 1;
@@ -232,9 +232,9 @@ impl Pool {
     }
 
     /// The evidence of the leader over its nearest rival changes by more than a nat as steps are
-    /// halved, or that over the nearest model that it contains, where this lead does not stand beyond
-    /// the beam whatever the steps: `own` then takes the halved ones. An error of first order is
-    /// twice its change.
+    /// halved, or that over the nearest model that it contains, where this lead does not stand
+    /// beyond the beam whatever the steps: `own` then takes the halved ones. An error of first
+    /// order is twice its change.
     fn moves(&mut self, session: &EstimationSession<'_>, own: &mut EstimationSession<'_>, place: usize) -> bool {
         if 2 * self.parts > PARTS_MAX {
             return false;

@@ -5,15 +5,18 @@ use super::{Check, Finding, Severity, short, usable};
 use crate::delay::{Delay, delays};
 use crate::held::held;
 use crate::missing::missing;
-use channels::{Channel, EvenClock, Recording, Uniform};
+use channels::{Channel, EvenClock, GAP_MEDIANS, Recording, Uniform};
 
 /// Fewest rows of channels that are compared.
 const ROWS_MIN: usize = 1024;
+/// Rows without a sample that are looked at, per sample.
+const ROWS_PER_SAMPLE_MAX: usize = 4;
 
 /// A measured channel whose values stand for several rows.
 pub fn held_values(channel: &Channel) -> Option<Finding> {
     let interval_s = channel.interval_s().filter(|_| !is_input(channel))?;
-    let found = held(&on_rows(channel)?)?;
+    let (skipped, values) = on_rows(channel)?;
+    let found = held(&values)?;
     let (rate, logged) = (1.0 / (interval_s * found.rows_per_value), 1.0 / interval_s);
     Some(
         Finding::new(Check::Held, Severity::Warning, &channel.name, rate, "Hz")
@@ -22,24 +25,32 @@ pub fn held_values(channel: &Channel) -> Option<Finding> {
                 short(found.rows_per_value),
                 short(rate),
                 short(logged),
-                found.fresh_rows.first().map_or(0, |row| row + 1)
+                found.fresh_rows.first().map_or(0, |row| skipped + row + 1)
             ))
             .cure("use the rows with fresh values only: what lies above half the update rate is folded below it, and repeated above"),
     )
 }
 
-/// The values at the rows of their even clock, NaN where there is none; `None` for an uneven clock,
-/// on whose rows there would be holes at distances that look like a clock of their own.
-fn on_rows(channel: &Channel) -> Option<Vec<f64>> {
+/// The values at the rows of their even clock, NaN where there is none, and how many samples lie
+/// before the first of them; `None` for an uneven clock, on whose rows there would be holes at
+/// distances that look like a clock of their own.
+///
+/// A clock with many more rows than samples shows in its longest stretch without a gap: a gap may
+/// be as long as it likes.
+fn on_rows(channel: &Channel) -> Option<(usize, Vec<f64>)> {
     if !channel.irregular() && missing(&channel.time_s).is_none() {
-        return Some(channel.value.clone());
+        return Some((0, channel.value.clone()));
     }
     let clock = EvenClock::of(&channel.time_s)?;
+    if clock.missing() > ROWS_PER_SAMPLE_MAX * channel.value.len() {
+        let stretch = channel.longest_stretch(GAP_MEDIANS);
+        return Some((*stretch.first()?, stretch.iter().map(|row| channel.value[*row]).collect()));
+    }
     let mut values = vec![f64::NAN; clock.rows.last()? + 1];
     for (row, value) in clock.rows.iter().zip(&channel.value) {
         values[*row] = *value;
     }
-    Some(values)
+    Some((0, values))
 }
 
 /// Measured channels of one unit and one clock that are later than most of them; those of `held`
@@ -145,6 +156,18 @@ mod tests {
         let [late] = of(&findings, Check::Delay)[..] else { panic!("{findings:#?}") };
         assert_eq!((late.channel.as_str(), late.others.len()), ("c", 2));
         assert!((late.value - 0.12).abs() < 4.0 * late.sigma.unwrap() + 1e-3, "{late:?}");
+    }
+
+    #[test]
+    fn a_gap_of_ten_years_is_a_gap_and_costs_no_more_than_its_samples() {
+        let mut recording = recording(&motion(14));
+        for channel in &mut recording.channels {
+            channel.time_s[3000..].iter_mut().for_each(|time| *time += 3e8);
+        }
+        let findings = examine(&recording);
+        let [gaps] = of(&findings, Check::Gaps)[..] else { panic!("{findings:#?}") };
+        assert!(gaps.evidence.starts_with("1 gap(s) in 3 channels"), "{gaps:?}");
+        assert!(of(&findings, Check::IrregularTime).is_empty(), "{findings:#?}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ fn array(group: &str, name: &str, shape: &[usize]) -> Array {
 }
 
 fn datasets(arrays: Vec<Array>) -> Vec<RawDataset> {
-    Arrays { arrays, left_out: Vec::new() }.into_datasets("file", &|_| true).unwrap()
+    Arrays { arrays, ..Arrays::default() }.into_datasets("file", &|_| true).unwrap()
 }
 
 fn names(dataset: &RawDataset) -> Vec<&str> {
@@ -101,7 +101,11 @@ fn what_is_no_set_of_channels_is_left_out_and_named() {
 
 #[test]
 fn a_file_without_arrays_says_what_it_has() {
-    let arrays = Arrays { arrays: vec![array("s", "mass", &[1])], left_out: vec![("note".into(), "text".into())] };
+    let arrays = Arrays {
+        arrays: vec![array("s", "mass", &[1])],
+        left_out: vec![("note".into(), "text".into())],
+        ..Arrays::default()
+    };
     let error = arrays.into_datasets("file", &|_| true).unwrap_err().explain();
     assert!(error.contains("`note` (text), `s.mass` (one number)"), "{error}");
 }
@@ -109,6 +113,6 @@ fn a_file_without_arrays_says_what_it_has() {
 #[test]
 fn only_the_wanted_datasets_are_given() {
     let arrays = vec![array("", "x", &[4]), array("s", "y", &[4])];
-    let found = Arrays { arrays, left_out: Vec::new() }.into_datasets("file", &|name| name == "s").unwrap();
+    let found = Arrays { arrays, ..Arrays::default() }.into_datasets("file", &|name| name == "s").unwrap();
     assert_eq!(found.iter().map(|dataset| dataset.name.as_str()).collect::<Vec<_>>(), ["s"]);
 }

@@ -14,8 +14,9 @@ use crate::intake::plan::{Clock, Kind, Plan, Planned, Seen, Source, plan};
 use crate::rows::Rows;
 use crate::series::{SeriesSet, check};
 use crate::text::cells::Cells;
-use crate::text::dialect::{Layout, is_missing, layout};
+use crate::text::dialect::is_missing;
 use crate::text::encoding::text_of;
+use crate::text::layout::{Layout, layout};
 use crate::text::lines::Lines;
 use crate::units::{Unit, unit_named};
 use crate::{Imported, conversions};
@@ -55,10 +56,17 @@ impl Tidy {
         let units = texts().find(|(_, column)| of_units(column)).map(|(at, _)| at);
         let mut others = texts().filter(|(at, _)| Some(*at) != units);
         let names = others.find(|(at, column)| {
-            let of_values = matches!(&plan.columns[..], [only] if is_of_values(&columns[only.at]));
-            (of_values && is_of_channels(column)) || divides_times(&layout, &plan.clock, *at)
+            let of_values = plan.columns.iter().filter(|of| is_of_values(&columns[of.at])).count() == 1;
+            let others = || plan.columns.iter().filter(|of| !is_of_values(&columns[of.at]));
+            let numbered = of_values && others().all(|of| numbers_names(&layout, of.at, *at));
+            (numbered && is_of_channels(column)) || divides_times(&layout, &plan.clock, *at)
         });
-        let Some((names, _)) = names else { return Ok(None) };
+        let Some((names, column)) = names else { return Ok(None) };
+        // what numbers the names is no channel
+        let is_value = |of: &Planned| is_of_values(&columns[of.at]) || !numbers_names(&layout, of.at, names);
+        if is_of_channels(column) && plan.columns.iter().any(|of| is_of_values(&columns[of.at])) {
+            plan.columns.retain(is_value);
+        }
         plan.notes.retain(|note| !note.starts_with("left out") && !note.starts_with("unit not stated"));
         Ok(Some(Tidy { names, units, plan, layout }))
     }
@@ -73,13 +81,18 @@ impl Tidy {
         let mut channels = Channels { file, of: &self, order: Vec::new(), by_name: HashMap::new(), nameless: 0 };
         let width = super::width_of(&self.layout);
         let mut cells = Cells::new(file, self.layout.dialect, &self.plan, width, &self.layout.header);
-        let footer = each_row(file, lines, self.layout.first_line, &mut cells, &mut |cells, line, row| {
+        let others = each_row(file, lines, self.layout.first_line, &mut cells, &mut |cells, line, row| {
             channels.push(cells, line, row)
         })?;
         let mut notes = self.plan.notes.clone();
         let rows = channels.order.iter().map(|one| one.rows.count()).sum();
-        notes.extend(notes_of(&cells, &self.plan, footer, rows)?);
+        notes.extend(notes_of(&cells, &self.plan, others, rows)?);
         let origin_s = cells.origin_s();
+        if let Some(error) =
+            cells.counts.iter_mut().filter(|of| !of.is_of_numbers()).find_map(|of| of.first_text.take())
+        {
+            return Err(error);
+        }
         let header = self.layout.header.get(self.names).map_or(String::new(), |header| heading(header).name);
         notes.push(format!("`{header}` names the channel of each row: {} channels", channels.order.len()));
         let mut set = channels.finish(&mut notes)?;
@@ -122,6 +135,16 @@ fn word(column: &Seen) -> String {
     let name = heading(&column.header).name.to_lowercase();
     let last = name.split([' ', '_', '.']).rfind(|word| !matches!(*word, "name" | "id" | ""));
     last.unwrap_or(&name).to_owned()
+}
+
+/// Whether the column `at` is empty, or has one number for each name of the column `names`.
+fn numbers_names(layout: &Layout, at: usize, names: usize) -> bool {
+    let mut of_name: HashMap<&str, &str> = HashMap::new();
+    let pairs = layout.rows.iter().filter_map(|row| Some((row.get(names)?.as_str(), row.get(at)?.as_str())));
+    pairs.into_iter().all(|(name, number)| {
+        let is_whole = number.is_empty() || number.parse::<i64>().is_ok();
+        is_whole && *of_name.entry(name).or_insert(number) == number
+    })
 }
 
 /// Whether rows of one time differ in the text at `names`, and none repeats it.

@@ -25,7 +25,7 @@ fn an_attribute_states_the_rate_and_what_is_not_read_is_named() {
     let found = datasets(&data("groups.h5"), &|_| true).unwrap();
     assert_eq!(found[1].axis, Axis::Uniform { start_s: 0.0, interval_s: 0.01 });
     assert!(found[1].notes[0].contains("`run.imu.sample_rate`"), "{:?}", found[1].notes);
-    assert!(found[1].notes[1].contains("`run.imu.label` (text or lists)"), "{:?}", found[1].notes);
+    assert!(found[1].notes[1].contains("`run.imu.label` (text)"), "{:?}", found[1].notes);
     assert!(found[0].notes[0].contains("`impedance` (complex"), "{:?}", found[0].notes);
 }
 

@@ -131,6 +131,9 @@ fn bad(text: &str, found: String) -> RecordingError {
 
 /// What is said of a unit that is not known.
 pub(crate) fn unknown(unit: &str) -> String {
+    if let Some(spellings) = crate::units::two_meanings(unit) {
+        return format!("unit `{unit}` may be two things; write {spellings}");
+    }
     let near = crate::units::nearest_spelling(unit);
     let meant = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
     format!("unit `{unit}` is not known{meant}")

@@ -85,6 +85,26 @@ pub(crate) fn rank(name: &str) -> Option<u8> {
     }
 }
 
+/// Nanoseconds of one count of a column that holds the parts of a second, by its name or unit.
+pub(crate) fn part_of_second(name: &str, unit: Option<&str>) -> Option<i64> {
+    let words = words_of(name);
+    let last = words.rsplit(' ').next().unwrap_or_default();
+    let is_of_time =
+        |word: &str| word == last || matches!(word, "tv" | "stamp" | "header" | "time" | "t" | "field" | "timestamp");
+    if !words.split(' ').all(is_of_time) {
+        return None;
+    }
+    let named = unit.and_then(unit_named).or_else(|| unit_named(last)).filter(|unit| unit.si == "s");
+    let ns = named.map(|unit| (unit.to_si(1.0) * 1e9).round() as i64);
+    let by_word = match last {
+        "nanosec" | "nanosecs" | "nsec" | "nsecs" | "nanos" | "nanoseconds" => Some(1),
+        "microsec" | "microsecs" | "usec" | "usecs" | "micros" | "microseconds" => Some(1000),
+        "millisec" | "msec" | "msecs" | "millis" | "milliseconds" => Some(1_000_000),
+        _ => None,
+    };
+    by_word.or(ns).filter(|ns| (1..=1_000_000).contains(ns))
+}
+
 /// Whether a word for time is among those of a name.
 pub(crate) fn has_word(name: &str) -> bool {
     words_of(name).split(' ').any(|word| TIMES.contains(&word))
@@ -217,6 +237,22 @@ pub(crate) const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0
 /// seldom read as such a stamp with such steps.
 const EPOCH_INTERVAL_S: core::ops::Range<f64> = 1e-6..1000.0;
 
+/// First days of 2000 and of 2100 as programs count days, and from when they count.
+const DAY_COUNTS: &[(core::ops::Range<f64>, &str)] = &[
+    (36_526.0..73_051.0, "1899-12-30, as spreadsheets count them"),
+    (730_486.0..767_011.0, "the year 0, as MATLAB counts them"),
+    (2_451_544.5..2_488_069.5, "noon of -4712-01-01, as astronomers count them"),
+];
+/// Steps that numbers of days have [days]: a tenth of a microsecond to a quarter of an hour.
+const DAY_STEPS: core::ops::Range<f64> = 1e-12..1e-2;
+
+/// From when `samples` count days, if they do: numbers of this century in small parts of a day.
+fn counts_days(samples: &[f64], step: f64) -> Option<&'static str> {
+    let first = samples.first()?;
+    let is_part = DAY_STEPS.contains(&step) && samples.iter().any(|value| value.fract() != 0.0);
+    DAY_COUNTS.iter().find(|(days, _)| is_part && days.contains(first)).map(|(_, since)| *since)
+}
+
 /// The unit of times whose file states none, and a note that says so.
 ///
 /// # Errors
@@ -234,6 +270,9 @@ pub(crate) fn guessed(name: &str, samples: &[f64]) -> Result<(Unit, String), (St
             let note = format!("`{name}` states no unit: its numbers are {} since 1970", unit.symbol);
             return Ok((*unit, note));
         }
+    }
+    if let Some(since) = counts_days(samples, step) {
+        return Ok((known("d"), format!("`{name}` states no unit: its numbers are days since {since}")));
     }
     if samples.iter().any(|value| value.fract() != 0.0) || samples.is_empty() {
         return Ok((units[0], format!("`{name}` states no unit: seconds are assumed")));
@@ -259,10 +298,16 @@ fn short(value: f64) -> String {
 pub(crate) fn hopeless(samples: &[f64]) -> Option<String> {
     let repeated = samples.windows(2).filter(|pair| pair[0] == pair[1]).count();
     let large = samples.first().is_some_and(|first| first.abs() > 1e9);
-    (large && samples.len() > 3 && 2 * repeated > samples.len()).then(|| {
+    let lost = || samples.iter().all(|value| has_few_digits(*value));
+    (large && samples.len() > 3 && 2 * repeated > samples.len() && lost()).then(|| {
         format!(
             "most rows have the same time as the row before ({:e}, {:e}, …): the digits that tell the rows apart were lost",
             samples[0], samples[1]
         )
     })
+}
+
+/// Whether a number has no more digits than a spreadsheet leaves of a long one, seven.
+fn has_few_digits(value: f64) -> bool {
+    format!("{value:.6e}").parse() == Ok(value)
 }

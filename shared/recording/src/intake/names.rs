@@ -1,7 +1,9 @@
 //! Headers of columns as programs write them: `name [unit]`, `name (unit)`, `name / unit`,
 //! `name, unit`, `name_unit`.
 
+use super::quantities::{ending_of, in_view_of, is_unit_of};
 use crate::units::unit_named;
+use std::collections::HashMap;
 
 /// A header divided.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,7 +14,7 @@ pub(crate) struct Heading {
     pub unit: Option<String>,
 }
 
-/// `name [unit]`; what stands in the bracket at the end is the unit unless it is the index of an
+/// `name [unit]`; the text in the bracket at the end is the unit unless it is the index of an
 /// array.
 pub(crate) fn bracketed(text: &str) -> (&str, Option<&str>) {
     let text = text.trim();
@@ -26,19 +28,76 @@ pub(crate) fn bracketed(text: &str) -> (&str, Option<&str>) {
 }
 
 /// Name and unit of a header. A bracket states a unit, known or not; a parenthesis, a slash, a
-/// comma and an ending state one where it is known.
+/// comma and an ending state one where it is known and can be that of the name.
 pub(crate) fn heading(text: &str) -> Heading {
-    let text = cleaned(text);
+    let Heading { name, unit } = divided(&cleaned(text));
+    let unit = unit.map(|unit| in_view_of(&name, &unit));
+    Heading { name, unit }
+}
+
+/// Headers of one table. Where several differ in the bracket alone and one of these is no unit, none
+/// is: `Temp (in)`, `Temp (out)`. A letter at the end that several differ in is no unit either.
+pub(crate) fn headings<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Heading> {
+    let texts: Vec<String> = texts.map(cleaned).collect();
+    let mut labelled: HashMap<&str, (usize, bool)> = HashMap::new();
+    for (name, word) in texts.iter().filter_map(|text| parted(text)) {
+        let (count, has_label) = labelled.entry(name).or_default();
+        *count += 1;
+        *has_label |= word != "?" && (unit_named(&in_view_of(name, word)).is_none() || is_number(word));
+    }
+    let of_labels = |text: &str| {
+        let (count, has_label) = parted(text).and_then(|(name, _)| labelled.get(name)).copied().unwrap_or_default();
+        count > 1 && has_label
+    };
+    let mut lettered: HashMap<&str, usize> = HashMap::new();
+    texts.iter().filter_map(|text| without_letter(text)).for_each(|stem| *lettered.entry(stem).or_default() += 1);
+    let of_letters =
+        |text: &str| without_letter(text).and_then(|stem| lettered.get(stem)).is_some_and(|count| *count > 1);
+    let of = |text: &String| {
+        let is_label = of_labels(text) || of_letters(text);
+        if is_label { Heading { name: text.clone(), unit: None } } else { heading(text) }
+    };
+    texts.iter().map(of).collect()
+}
+
+/// The name before a letter at its end: `temp` of `temp_C`, which `temp_A` makes a third sensor.
+fn without_letter(text: &str) -> Option<&str> {
+    let (stem, letter) = text.rsplit_once('_')?;
+    (letter.chars().count() == 1).then_some(stem)
+}
+
+fn is_number(word: &str) -> bool {
+    word.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Name and word in the bracket or parenthesis at the end.
+fn parted(text: &str) -> Option<(&str, &str)> {
+    let (name, word) = match bracketed(text) {
+        (name, Some(unit)) => (name, unit),
+        (_, None) => text.strip_suffix(')').and_then(parenthesised)?,
+    };
+    let simple = !word.is_empty() && word.chars().all(char::is_alphanumeric);
+    (simple && !name.trim().is_empty()).then(|| (name.trim(), word.trim()))
+}
+
+/// Name and unit of a header without marks.
+fn divided(text: &str) -> Heading {
     let stated = |name: &str, unit: &str| Heading { name: name.trim().into(), unit: Some(unit.trim().into()) };
-    if let (name, Some(unit)) = bracketed(&text) {
+    if let (name, Some(unit)) = bracketed(text) {
         return match unit {
             "?" => Heading { name: name.into(), unit: None },
             unit => stated(name, unit),
         };
     }
     let known = |unit: &str| !unit.trim().is_empty() && unit_named(unit).is_some();
-    if let Some((name, unit)) =
-        text.strip_suffix(')').and_then(parenthesised).filter(|(name, unit)| known(unit) && !name.trim().is_empty())
+    // `w [N·m] (filtered)`
+    if let Some((name, unit, rest)) = in_the_middle(text).filter(|(_, unit, _)| known(unit) && !is_number(unit)) {
+        return stated(&format!("{} {}", name.trim(), rest.trim()), unit);
+    }
+    if let Some((name, unit)) = text
+        .strip_suffix(')')
+        .and_then(parenthesised)
+        .filter(|(name, unit)| is_unit_of(name, unit) && !name.trim().is_empty())
     {
         return stated(name, unit);
     }
@@ -51,8 +110,20 @@ pub(crate) fn heading(text: &str) -> Heading {
     if let Some((name, unit)) = text.split_once(',').filter(|(name, unit)| known(unit) && !name.trim().is_empty()) {
         return stated(name, unit);
     }
-    let unit = ending(&text);
-    Heading { name: text, unit }
+    // `Temp °C`, `speed m/s`: a word with a sign of units
+    let is_sign = |c: char| matches!(c, '°' | 'º' | '℃' | '/' | '%' | '²' | '·' | '^' | 'µ' | 'Ω');
+    let of_signs = |(_, unit): &(&str, &str)| unit.contains(is_sign) && known(unit);
+    if let Some((name, unit)) = text.rsplit_once(' ').filter(of_signs).filter(|(name, _)| !name.trim().is_empty()) {
+        return stated(name, unit);
+    }
+    Heading { name: text.into(), unit: ending(text) }
+}
+
+/// `name [unit] rest`, cut at the bracket.
+fn in_the_middle(text: &str) -> Option<(&str, &str, &str)> {
+    let (name, behind) = text.split_once(" [")?;
+    let (unit, rest) = behind.split_once("] ")?;
+    (!rest.trim().is_empty() && !rest.contains('[')).then_some((name, unit, rest))
 }
 
 /// `name (unit` cut at the bracket that the end closes: `x (m/(s*N)` is `x` and `m/(s*N`.
@@ -81,6 +152,9 @@ pub(crate) fn cleaned(text: &str) -> String {
 fn ending(text: &str) -> Option<String> {
     let name = text.split_once('[').map_or(text, |(name, _)| name);
     let (stem, candidates) = endings(name)?;
+    if let Some(unit) = candidates.last().and_then(|last| ending_of(name, last)) {
+        return Some(unit.into());
+    }
     let candidate = candidates.iter().find(|unit| SUFFIXES.contains(&unit.as_str()) || squared(unit))?;
     let known = unit_named(&spelled(candidate))?;
     let stem = stem.to_lowercase();
@@ -150,6 +224,9 @@ const SUFFIXES: &[&str] = &[
     "km",
     "mm_s",
     "km_h",
+    "kmh",
+    "kph",
+    "mph",
     "mrad",
     "mrad_s",
     "mV",

@@ -1,14 +1,16 @@
 //! What becomes of each column of a dataset: clock, channel, or left out with the reason.
 
 use super::clock::{self, TimeColumn};
-use super::names::{Heading, heading, listed};
+use super::names::{Heading, heading, headings, listed};
+use super::quantities::in_view_of;
+use super::second_clock::{self, SecondClock};
+use super::stamps::{Form, Order};
 use super::{Assignment, Intake, assignment};
 use crate::canonical::default_channel;
 use crate::error::{Place, RecordingError};
 use crate::function_kind::FunctionKind;
 use crate::rows::Axis;
 use crate::text::printable;
-use crate::text::stamps::Form;
 use crate::units::{UNITS, Unit, accepted_for, unit_named};
 use std::collections::{HashMap, HashSet};
 
@@ -78,6 +80,8 @@ pub(crate) struct Plan {
     /// Header text of the clock.
     pub clock_header: String,
     pub columns: Vec<Planned>,
+    /// Clocks of their own of some of the columns.
+    pub second_clocks: Vec<SecondClock>,
     pub notes: Vec<String>,
 }
 
@@ -105,8 +109,8 @@ struct Column<'a> {
 /// # Errors
 /// No column of times, or one whose unit nobody states; a unit that is not known where a channel
 /// was asked for; no channel that can be used.
-pub(crate) fn plan(source: &Source<'_>, columns: &[Seen], intake: &Intake) -> Result<Plan, RecordingError> {
-    let columns = divided(columns);
+pub(crate) fn plan(source: &Source<'_>, all: &[Seen], intake: &Intake) -> Result<Plan, RecordingError> {
+    let columns = divided(all);
     let mut notes = Vec::new();
     let (axis, clock) = axis_of(source, &columns, intake, &mut notes)?;
     let taken: Vec<usize> = match &clock {
@@ -128,7 +132,8 @@ pub(crate) fn plan(source: &Source<'_>, columns: &[Seen], intake: &Intake) -> Re
     }
     notes.extend(repeated(&columns, &planned));
     notes.extend(remarks(&planned, &left_out));
-    Ok(Plan { axis, clock, clock_header, columns: planned, notes })
+    let second_clocks = second_clock::of(all, &clock, &planned);
+    Ok(Plan { axis, clock, clock_header, columns: planned, second_clocks, notes })
 }
 
 /// Names that stand more than once, and what the later columns are called.
@@ -157,7 +162,9 @@ fn remarks(planned: &[Planned], left_out: &[String]) -> Vec<String> {
 
 /// Headers divided; a name that stood before gets the next number that makes no name of the file.
 fn divided(all: &[Seen]) -> Vec<Column<'_>> {
-    let mut columns: Vec<Column<'_>> = all.iter().map(|seen| Column { seen, heading: stated(seen) }).collect();
+    let headings = headings(all.iter().map(|seen| seen.header.as_str()));
+    let mut columns: Vec<Column<'_>> =
+        all.iter().zip(headings).map(|(seen, own)| Column { seen, heading: stated(seen, own) }).collect();
     let mut taken: HashSet<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
     let mut turns: HashMap<String, usize> = HashMap::new();
     for column in columns.iter_mut().filter(|column| !column.heading.name.is_empty()) {
@@ -175,10 +182,10 @@ fn divided(all: &[Seen]) -> Vec<Column<'_>> {
 }
 
 /// Name and unit as the file states them.
-fn stated(seen: &Seen) -> Heading {
-    let mut own = heading(&seen.header);
+fn stated(seen: &Seen, mut own: Heading) -> Heading {
     if let Some(unit) = seen.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
-        own.unit = Some(super::names::cleaned(unit).trim_matches(['[', ']', '(', ')']).to_owned());
+        let unit = super::names::cleaned(unit);
+        own.unit = Some(in_view_of(&own.name, unit.trim_matches(['[', ']', '(', ')'])));
     }
     own
 }
@@ -228,7 +235,8 @@ fn said_clock(
         return Ok(Clock::Rows { interval_s: unit.to_si(1.0) });
     }
     let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
-    let near = crate::error::nearest(&said.name, names.iter().map(String::as_str));
+    let named = names.iter().map(String::as_str).filter(|name| !name.is_empty());
+    let near = crate::error::nearest(&said.name, named);
     let meant = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
     Err(RecordingError::NoSuchChannel {
         said: format!("--time-column {}", said.name),
@@ -259,7 +267,7 @@ fn clock_by_name(
     let rank = |at: usize, column: &Column<'_>| {
         clock::rank(&column.heading.name)
             // a date beside a time of day
-            .or_else(|| matches!(column.seen.kind, Kind::Stamp(_)).then_some(4))
+            .or_else(|| matches!(column.seen.kind, Kind::Stamp(form) if !matches!(form, Form::Hex(_))).then_some(4))
             // whatever it is called
             .or_else(|| (at == 0 && is_of_time(column) && !is_frequency(&column.heading)).then_some(5))
     };
@@ -298,8 +306,19 @@ fn clock_at(
     notes: &mut Vec<String>,
 ) -> Result<Clock, RecordingError> {
     let column = &columns[at];
-    if let Kind::Stamp(form) = column.seen.kind {
-        return Ok(stamps(columns, at, form, notes));
+    match column.seen.kind {
+        Kind::Stamp(Form::Hex(_)) => {}
+        Kind::Stamp(form) => return Ok(stamps(columns, at, form, notes)),
+        _ => {
+            if let Some(parts) = said.is_none().then(|| second_and_parts(columns, at)).flatten() {
+                notes.push(format!(
+                    "time is `{}` and the part of a second in `{}`",
+                    column.heading.name,
+                    columns[at + 1].heading.name
+                ));
+                return Ok(Clock::Stamps(parts));
+            }
+        }
     }
     if let Some(found) = clock::hopeless(&column.seen.sample) {
         let cure = "export the file again with all digits of the time (a spreadsheet has rounded them)";
@@ -314,6 +333,14 @@ fn clock_at(
         (None, Some(text)) => unit_named(text)
             .filter(|unit| unit.si == "s")
             .ok_or_else(|| unknown_unit(source.place(at, &column.seen.header), text, Some("s")))?,
+        (None, None) if matches!(column.seen.kind, Kind::Stamp(_)) => {
+            let name = &column.heading.name;
+            return Err(RecordingError::BadClock {
+                place: source.place(at, &column.seen.header),
+                found: format!("`{name}` states no unit, and numbers to base 16 do not tell it"),
+                cure: format!("say the unit: --time-column {name}:us (or s, ms, ns, 100Hz)"),
+            });
+        }
         (None, None) => {
             let (unit, note) = clock::guessed(&column.heading.name, &column.seen.sample).map_err(|(found, cure)| {
                 RecordingError::BadClock { place: source.place(at, &column.seen.header), found, cure }
@@ -322,7 +349,23 @@ fn clock_at(
             unit
         }
     };
+    if matches!(column.seen.kind, Kind::Stamp(Form::Hex(_))) {
+        return Ok(Clock::Stamps(vec![(at, Form::Hex((unit.to_si(1.0) * 1e9).round() as i64))]));
+    }
     Ok(Clock::Number { at, unit })
+}
+
+/// A column of whole seconds, and behind it one of the parts of a second: `sec`, `nanosec`.
+fn second_and_parts(columns: &[Column<'_>], at: usize) -> Option<Vec<(usize, Form)>> {
+    let (whole, part) = (&columns[at], columns.get(at + 1)?);
+    let ns = clock::part_of_second(&part.heading.name, part.heading.unit.as_deref())?;
+    let of_seconds = whole.heading.unit.as_deref().and_then(unit_named).is_none_or(|unit| unit.to_si(1.0) == 1.0);
+    let is_whole = |column: &Column<'_>| {
+        column.seen.kind == Kind::Number && column.seen.sample.iter().all(|value| value.fract() == 0.0 && *value >= 0.0)
+    };
+    let within = part.seen.sample.iter().all(|value| value * ns as f64 <= 1e9);
+    (of_seconds && is_whole(whole) && is_whole(part) && within)
+        .then(|| vec![(at, Form::Count(1_000_000_000)), (at + 1, Form::Count(ns))])
 }
 
 /// The unit in which the name of a clock ends, where no other is stated.
@@ -339,14 +382,18 @@ fn stamps(columns: &[Column<'_>], at: usize, form: Form, notes: &mut Vec<String>
         })
     };
     let partner = match form {
-        Form::DateTime(_) => None,
+        Form::DateTime(_) | Form::Elapsed | Form::Count(_) | Form::Hex(_) => None,
         Form::Date(_) => other(|form| matches!(form, Form::Time(_))),
         Form::Time(_) => other(|form| matches!(form, Form::Date(_))),
     };
-    if form.is_day_first() || partner.is_some_and(|(_, form)| form.is_day_first()) {
-        notes.push("dates are read as day/month/year".into());
-    }
+    let order = form.open_order().or_else(|| partner.and_then(|(_, form)| form.open_order()));
+    notes.extend(order.map(date_order_note));
     Clock::Stamps(core::iter::once((at, form)).chain(partner).collect())
+}
+
+/// Says in what order dates are read.
+pub(crate) fn date_order_note(order: Order) -> String {
+    format!("dates are read as {}", order.name())
 }
 
 fn no_time(source: &Source<'_>, columns: &[Column<'_>]) -> RecordingError {
@@ -355,16 +402,24 @@ fn no_time(source: &Source<'_>, columns: &[Column<'_>]) -> RecordingError {
     let first = columns.first().map_or("", |column| column.seen.header.as_str());
     let is_number = |at: &usize| columns[*at].seen.kind == Kind::Number;
     let example = (0..columns.len()).find(is_number).unwrap_or(0);
-    let cure = if nameless {
+    let in_words =
+        columns.iter().find(|column| column.seen.kind == Kind::Text && clock::rank(&column.heading.name).is_some());
+    let cure = if let Some(column) = in_words {
+        format!(
+            "`{}` should be the clock, but its cells are no dates or times that are known: write them as 2024-03-05T14:59:58.000 or as seconds; or say the rate of the rows, --time-column row:100Hz",
+            printable(&column.heading.name)
+        )
+    } else if nameless {
         format!(
             "the file has no header: name the columns by their numbers, as in --time-column {}:s --channel 'angle = {} [rad]'",
             example + 1,
             example + 2
         )
     } else {
+        let called = names.get(example).filter(|name| !name.is_empty());
         format!(
             "say which column holds the times, as in --time-column {}:s, or the rate of the rows, --time-column row:100Hz; columns: {}",
-            names.get(example).map_or("NAME".into(), |name| printable(name)),
+            called.map_or_else(|| (example + 1).to_string(), |name| printable(name)),
             listed(&names)
         )
     };
@@ -377,6 +432,10 @@ pub(crate) fn unknown_unit(place: Box<Place>, found: &str, expected: Option<&str
         None => UNITS.iter().map(|unit| unit.symbol).collect::<Vec<_>>().join(", "),
     };
     let fits = |near: &String| expected.is_none_or(|si| unit_named(near).is_some_and(|unit| unit.si == si));
+    if let Some(spellings) = crate::units::two_meanings(found) {
+        let cure = format!("it may be two things: write {spellings}, as in --channel 'name = name [UNIT]'");
+        return RecordingError::UnknownUnit { place, found: printable(found), accepted, cure };
+    }
     let cure = match crate::units::nearest_spelling(found).filter(fits) {
         Some(near) => format!("if `{near}` is meant, say it: --channel 'name = name [{near}]'"),
         None => "say what its numbers are, as in --channel 'name = name [m/s^2]', or convert the column to SI".into(),
@@ -405,6 +464,7 @@ impl Channels<'_> {
         let reason = match seen.kind {
             Kind::Number if heading.name.is_empty() && assigned.is_none() => Some("no name"),
             Kind::Number => None,
+            Kind::Stamp(Form::Hex(_)) => Some("numbers to base 16"),
             Kind::Stamp(_) => Some("date or time"),
             Kind::Text => Some("text"),
             Kind::Empty if heading.name.is_empty() => return Ok(()),

@@ -2,8 +2,10 @@
 //! memory.
 
 use super::definition::unit_in_brackets;
+use super::json_tokens::with_nulls;
 use super::left_out::Reason;
 use super::rows::{ELEMENTS_MAX, Rows};
+use crate::texts::number;
 use crate::units::unit_named;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::Value;
@@ -60,7 +62,8 @@ fn unit_at(units: &Units, path: &str) -> Option<&'static str> {
 /// # Errors
 /// Where the text stops being JSON.
 pub(crate) fn decode(units: &Units, message: &[u8], rows: &mut Rows) -> Result<(), String> {
-    let mut text = serde_json::Deserializer::from_slice(message);
+    let message = with_nulls(message);
+    let mut text = serde_json::Deserializer::from_slice(&message);
     Node(rows, units).deserialize(&mut text).and_then(|()| text.end()).map_err(|error| error.to_string())
 }
 
@@ -109,8 +112,13 @@ impl<'de> Visitor<'de> for Node<'_> {
     }
 
     fn visit_str<E>(self, text: &str) -> Result<(), E> {
-        if !self.0.stamp_in_text(text) {
-            self.0.leave_out(Reason::Text);
+        if self.0.stamp_in_text(text) {
+            return Ok(());
+        }
+        match number(text) {
+            Some(value) if value.is_nan() => {}
+            Some(value) => self.0.number_of_text(value, |path| unit_at(self.1, path)),
+            None => self.0.leave_out(Reason::Text),
         }
         Ok(())
     }

@@ -60,6 +60,12 @@ impl LeftOut {
         fields.insert(field.into());
     }
 
+    /// Whether `field` is left out for this reason.
+    pub fn has(&self, reason: Reason, field: &str) -> bool {
+        let field = &field[..field.floor_char_boundary(SHOWN_BYTES_MAX)];
+        self.fields.get(&reason).is_some_and(|fields| fields.contains(field))
+    }
+
     /// The note, when anything is left out.
     pub fn note(&self) -> Option<String> {
         let part = |(reason, fields): (&Reason, &BTreeSet<String>)| {

@@ -8,7 +8,7 @@ use crate::dataset::{Axis, RawColumn, RawDataset};
 use crate::intake::clock;
 use crate::intake::origin::{if_any, rest_of_seconds};
 use crate::text::stamps::{Form, Stamp};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Nanoseconds in a second, for stamps.
 pub(crate) const STAMPS_NS: u64 = 1_000_000_000;
@@ -92,6 +92,8 @@ pub(crate) struct Rows {
     row_stamp: Option<u64>,
     /// A text with a date and a time states the time of its row.
     stamps_in_text: bool,
+    /// Columns with numbers that were texts.
+    of_texts: HashSet<usize>,
 }
 
 impl Rows {
@@ -153,6 +155,13 @@ impl Rows {
         };
         self.cursor = index + 1;
         self.row.push((index, value));
+    }
+
+    /// As [`Rows::number_in`], of a text that is a number.
+    pub fn number_of_text(&mut self, value: f64, unit: impl Fn(&str) -> Option<&'static str>) {
+        self.number_in(value, unit);
+        let last = self.row.last().map(|(index, _)| *index);
+        self.of_texts.extend(last.filter(|index| self.columns[*index].name == self.path));
     }
 
     fn add_column(&mut self, unit: Option<&'static str>) -> usize {
@@ -330,8 +339,13 @@ impl Rows {
             }
         }
         let in_array = |column: &Column| column.arrays.iter().any(|array| self.arrays[*array].reason().is_some());
+        // a field of texts of which some are numbers
+        let is_text = |index: &usize| {
+            self.of_texts.contains(index) && self.left_out.has(Reason::Text, &self.columns[*index].name)
+        };
         let mut kept: Vec<usize> = (0..self.columns.len())
             .filter(|index| !self.columns[*index].values.is_empty() && !in_array(&self.columns[*index]))
+            .filter(|index| !is_text(index))
             .collect();
         let mut values: usize = kept.iter().map(|index| self.columns[*index].values.len()).sum();
         let mut by_values = kept.clone();

@@ -22,7 +22,7 @@ fn arrays_of_one_length_are_a_dataset_and_a_structured_array_is_one_of_its_own()
             ("table", vec!["t", "x", "m[0]", "m[1]", "m[2]"])
         ]
     );
-    assert_eq!(found[0].notes, ["left out: `words` (text), `objects` (Python objects), `Fs` (one number)"]);
+    assert_eq!(found[0].notes, ["left out: `objects` (Python objects), `words` (text), `Fs` (one number)"]);
 }
 
 #[test]

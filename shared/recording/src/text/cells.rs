@@ -1,9 +1,11 @@
 //! Cells of a row as numbers in SI.
 
-use super::dialect::{Dialect, is_missing, number};
+use super::dialect::{Dialect, is_missing};
 use super::encoding::text_of;
+use super::number::{Marked, marked, number};
 use super::printable;
-use super::quantity::number_in;
+use super::quantity::{number_in, quantity};
+use super::signs::Signs;
 use crate::error::{Place, RecordingError};
 use crate::intake::origin::{Origin, split_text};
 use crate::intake::plan::{Clock, Plan};
@@ -26,13 +28,38 @@ pub(crate) struct Cells<'a> {
     day: Option<i64>,
     midnights: i64,
     last_ns: i64,
-    /// Cells of each channel that say `inf`: no sample either.
-    pub infinite: Vec<u64>,
+    /// What the cells of each channel were that are not plain numbers.
+    pub counts: Vec<Counts>,
+}
+
+/// The cells of a channel by what they were.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub numbers: u64,
+    /// Cells that say `inf`: no sample either.
+    pub infinite: u64,
+    /// Cells that are no number and no word for none.
+    pub texts: u64,
+    /// The first of them, as an error.
+    pub first_text: Option<RecordingError>,
+    /// Numbers with a mark or a remark, and the first of these cells with its line.
+    pub marked: u64,
+    pub first_marked: Option<(u64, String)>,
+    /// Negative numbers in parentheses.
+    pub in_parentheses: u64,
+    has_minus: bool,
+}
+
+impl Counts {
+    /// Most cells are numbers: the others are samples that are missing.
+    pub fn is_of_numbers(&self) -> bool {
+        self.texts == 0 || self.numbers > self.texts
+    }
 }
 
 impl<'a> Cells<'a> {
     pub fn new(file: &'a str, dialect: Dialect, plan: &'a Plan, width: usize, header: &'a [String]) -> Self {
-        let infinite = vec![0; plan.columns.len()];
+        let counts = plan.columns.iter().map(|_| Counts::default()).collect();
         let record = ::csv::ByteRecord::new();
         Cells {
             file,
@@ -46,7 +73,7 @@ impl<'a> Cells<'a> {
             day: None,
             midnights: 0,
             last_ns: i64::MIN,
-            infinite,
+            counts,
         }
     }
 
@@ -72,9 +99,14 @@ impl<'a> Cells<'a> {
         Ok(true)
     }
 
-    /// Whether the line that was read last may be a remark of the program behind the rows, or a row
-    /// that a stopped program cut.
-    pub fn may_be_footer(&self) -> bool {
+    /// Whether the line that was read last may be a row that a stopped program cut.
+    pub fn is_short(&self) -> bool {
+        self.record.len() < self.width
+    }
+
+    /// Whether the line that was read last has no time: it is no row, but a remark between the rows
+    /// or behind them.
+    pub fn is_without_time(&self) -> bool {
         let at = match &self.plan.clock {
             Clock::Number { at, .. } => *at,
             Clock::Stamps(parts) => parts[0].0,
@@ -83,9 +115,17 @@ impl<'a> Cells<'a> {
         let lead = self.record.get(at).map(text_of).unwrap_or_default();
         let is_time = match &self.plan.clock {
             Clock::Stamps(parts) => parts[0].1.read(&lead).is_some(),
-            _ => number(&lead, self.dialect.decimal_comma).is_some() || is_missing(&lead),
+            Clock::Number { .. } => number(&lead, self.dialect.signs).is_some(),
+            Clock::Rows { .. } => number(&lead, self.dialect.signs).is_some() || is_missing(&lead),
         };
-        self.record.len() < self.width || !is_time
+        !is_time
+    }
+
+    /// Whether the line that was read last has two texts or more and no number: names once more.
+    pub fn is_of_names(&self) -> bool {
+        let is_number = |cell: &&[u8]| number(&text_of(cell), self.dialect.signs).is_some();
+        let given = || self.record.iter().filter(|cell| !cell.is_empty());
+        given().count() > 1 && !given().any(|cell| is_number(&cell))
     }
 
     /// A cell of the line that was read last; empty where the line is shorter.
@@ -139,7 +179,7 @@ impl<'a> Cells<'a> {
             Clock::Number { at, unit } => {
                 let cell = &self.record[*at];
                 let text = core::str::from_utf8(cell).ok();
-                let value = text.and_then(|text| number_in(*unit, text, self.dialect.decimal_comma));
+                let value = text.and_then(|text| number_in(*unit, text, self.dialect.signs));
                 let value = value.ok_or_else(|| self.not_a_number(line, *at, &self.plan.clock_header, cell))?;
                 let origin = *self.origin.get_or_insert_with(|| Origin::of(*unit, value));
                 // a decimal comma is a point by then, or there is none
@@ -192,14 +232,57 @@ impl<'a> Cells<'a> {
             return Ok(f64::NAN);
         }
         let text = core::str::from_utf8(cell).ok();
-        match text.and_then(|text| number_in(column.unit, text, self.dialect.decimal_comma)) {
-            Some(value) => self.finite(column.unit.to_si(value) * column.scale, line, column.at, &column.header),
+        match text.and_then(|text| number_in(column.unit, text, self.dialect.signs)) {
+            Some(value) => {
+                self.counts[k].numbers += 1;
+                self.counts[k].has_minus |= value < 0.0;
+                self.finite(column.unit.to_si(value) * column.scale, line, column.at, &column.header)
+            }
             None if time && is_missing(&text_of(cell)) => {
-                self.infinite[k] += u64::from(cell.iter().any(|byte| byte.eq_ignore_ascii_case(&b'f')));
+                self.counts[k].infinite += u64::from(cell.iter().any(|byte| byte.eq_ignore_ascii_case(&b'f')));
                 Ok(f64::NAN)
             }
+            None if time => self.without_plain_number(k, line),
             None => Err(self.not_a_number(line, column.at, &column.header, cell)),
         }
+    }
+
+    /// A cell that is no number as it stands: a number with a mark, or a sample that is missing.
+    fn without_plain_number(&mut self, k: usize, line: u64) -> Result<f64, RecordingError> {
+        let column = &self.plan.columns[k];
+        let cell = &self.record[column.at];
+        let text = text_of(cell);
+        let error = self.not_a_number(line, column.at, &column.header, cell);
+        if self.has_two_readings(&text) {
+            return Err(error);
+        }
+        let counts = &mut self.counts[k];
+        let value = match marked(&text, self.dialect.signs) {
+            Some(Marked::Number(value)) => {
+                counts.marked += 1;
+                counts.first_marked.get_or_insert((line, printable(&text)));
+                value
+            }
+            Some(Marked::InParentheses(value)) if !counts.has_minus => {
+                counts.in_parentheses += 1;
+                value
+            }
+            _ => {
+                counts.texts += 1;
+                counts.first_text.get_or_insert(error);
+                return Ok(f64::NAN);
+            }
+        };
+        counts.numbers += 1;
+        self.finite(column.unit.to_si(value) * column.scale, line, column.at, &column.header)
+    }
+
+    /// Whether a cell is a number under other signs, or one in a unit of another dimension.
+    fn has_two_readings(&self, text: &str) -> bool {
+        let either = [false, true].map(|comma| Signs { decimal_comma: comma, grouped: false });
+        let grouped = either.map(|signs| Signs { grouped: true, ..signs });
+        let mut others = either.into_iter().chain(grouped);
+        others.any(|signs| number(text, signs).is_some()) || quantity(text, self.dialect.signs).is_some()
     }
 
     fn finite(&self, value: f64, line: u64, at: usize, header: &str) -> Result<f64, RecordingError> {

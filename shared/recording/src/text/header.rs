@@ -1,13 +1,14 @@
 //! The lines above the rows of a text file: names, descriptions, units, remarks.
 //!
 //! The line of the names is the nearest that names a clock, else the nearest at all. A line of
-//! units stands below the names, or anywhere behind a word for units. Either may be divided
-//! otherwise than the rows are: `# t, w, u` above rows with blanks, `time [s]  torque [N m]`.
+//! units stands below the names, or anywhere behind a word for units (`units_lines`). Either may be
+//! divided otherwise than the rows are: `# t, w, u` above rows with blanks,
+//! `time [s]  torque [N m]`.
 
 use super::dialect::{Dialect, is_remark};
+use super::units_lines::{UnitsLine, is_bare, is_unit, labelled, matched};
 use crate::intake::clock::rank;
 use crate::intake::names::heading;
-use crate::units::unit_named;
 
 /// The lines above the first row.
 pub(super) struct Above {
@@ -17,6 +18,8 @@ pub(super) struct Above {
     pub units: Vec<String>,
     /// Lines that are neither, and are not marked as remarks.
     pub remarks: usize,
+    /// What was not used.
+    pub notes: Vec<String>,
 }
 
 /// A line above the rows, as cells.
@@ -25,28 +28,69 @@ type Line = (u64, Vec<String>);
 impl Above {
     /// Of `lines` above rows with `width` cells.
     pub fn of(lines: &[(u64, String)], dialect: Dialect, width: usize) -> Self {
-        let mut candidates = candidates(lines, width, |text| own_cells(text, dialect, width));
+        Above::with_cells(lines, dialect, width, |text| own_cells(text, dialect, width))
+    }
+
+    /// Of `lines` above rows with `width` cells, without the cells beside the names.
+    pub fn within(lines: &[(u64, String)], dialect: Dialect, width: usize) -> Self {
+        let cells = |text: &str| own_cells(text, dialect, width).into_iter().take(width).collect();
+        Above::with_cells(lines, dialect, width, cells)
+    }
+
+    fn with_cells(lines: &[(u64, String)], dialect: Dialect, width: usize, own: impl Fn(&str) -> Vec<String>) -> Self {
+        let mut candidates = candidates(lines, width, &own);
         if candidates.is_empty() {
-            candidates = self::candidates(lines, width, |text| other_cells(text, dialect.separator, width));
+            candidates = self::candidates(lines, width, |text| other_cells(text, dialect, width));
         }
+        let behind_a_word: Vec<UnitsLine> =
+            lines.iter().filter_map(|(line, text)| labelled(*line, &own(unmarked(text)))).collect();
+        let of_the_table = |(line, _): &Line| behind_a_word.iter().any(|of| of.line == *line && of.is_of_the_table());
+        // units of a preamble say nothing of where the names stand
+        candidates.retain(|line| of_the_table(line) || !behind_a_word.iter().any(|of| of.line == line.0));
         let unmarked = lines.iter().filter(|(_, text)| !is_remark(text)).count();
-        let units_at = (0..candidates.len()).rev().find(|at| are_units(&candidates, *at));
-        let units = units_at.map(|at| stated_units(&candidates[at].1, width)).unwrap_or_default();
-        let names = match units_at {
-            Some(at) => {
-                let mut below = candidates.split_off(at + 1);
-                candidates.truncate(at);
-                let clock = below.iter().rposition(names_a_clock).map(|at| below.swap_remove(at));
-                clock.or_else(|| best_named(candidates)).or_else(|| below.pop())
+        let units_at =
+            (0..candidates.len()).rev().find(|at| of_the_table(&candidates[*at]) || are_units(&candidates, *at));
+        let under_names = units_at.map(|at| candidates[at].clone()).filter(|line| !of_the_table(line));
+        let names = names_of(candidates, units_at).map(|names| with_index(names, lines, &own));
+        let called = names.as_ref().map_or_else(|| vec![String::new(); width], |(_, cells)| cells.clone());
+        let (units, notes) = match under_names {
+            Some((_, cells)) if cells.len() >= called.len().min(width) => (cells, Vec::new()),
+            Some((line, _)) => {
+                (Vec::new(), vec![format!("line {line}: the units are fewer than the names and are not used")])
             }
-            None => {
-                let at = candidates.iter().rposition(names_a_clock).or(candidates.len().checked_sub(1));
-                at.map(|at| candidates.swap_remove(at))
-            }
+            None => matched(&behind_a_word, &called),
         };
         let used = usize::from(names.is_some()) + usize::from(!units.is_empty());
-        Above { names, units, remarks: unmarked.saturating_sub(used) }
+        Above { names, units, remarks: unmarked.saturating_sub(used), notes }
     }
+}
+
+/// The line of the names among those that can be it, `units_at` being that of the units.
+fn names_of(mut candidates: Vec<Line>, units_at: Option<usize>) -> Option<Line> {
+    match units_at {
+        Some(at) => {
+            let mut below = candidates.split_off(at + 1);
+            candidates.truncate(at);
+            let clock = below.iter().rposition(names_a_clock).map(|at| below.swap_remove(at));
+            clock.or_else(|| best_named(candidates)).or_else(|| below.pop())
+        }
+        None => {
+            let at = candidates.iter().rposition(names_a_clock).or(candidates.len().checked_sub(1));
+            at.map(|at| candidates.swap_remove(at))
+        }
+    }
+}
+
+/// The names with that of the index, which some programs write in a line of its own below them.
+fn with_index((line, mut cells): Line, lines: &[(u64, String)], own: impl Fn(&str) -> Vec<String>) -> Line {
+    let Some(empty) = cells.first().filter(|first| first.is_empty()).map(|_| 0) else { return (line, cells) };
+    let below = lines.iter().filter(|(other, _)| *other > line).map(|(_, text)| own(unmarked(text)));
+    let alone =
+        |of: &Vec<String>| of.len() == cells.len() && !of[empty].is_empty() && of[1..].iter().all(String::is_empty);
+    if let Some(name) = below.into_iter().find(alone) {
+        cells[empty].clone_from(&name[empty]);
+    }
+    (line, cells)
 }
 
 /// The lines whose cells can stand above rows of `width` cells: with a trailing separator, or a
@@ -60,7 +104,7 @@ fn candidates(lines: &[(u64, String)], width: usize, cells: impl Fn(&str) -> Vec
 }
 
 /// A line without the mark of a remark.
-fn unmarked(text: &str) -> &str {
+pub(super) fn unmarked(text: &str) -> &str {
     let text = text.trim_start().trim_start_matches('\u{feff}');
     if is_remark(text) { text.trim_start_matches(['#', '%']).trim_start() } else { text }
 }
@@ -76,15 +120,15 @@ fn own_cells(text: &str, dialect: Dialect, width: usize) -> Vec<String> {
     if words.len() == width && divided(&words) {
         return words;
     }
-    let other = other_cells(text, b' ', width);
+    let other = other_cells(text, dialect, width);
     if other.len() == width { other } else { words }
 }
 
-/// The cells of a line that is not divided by `separator` as the rows are: by what gives `width` of
+/// The cells of a line that is not divided as the rows are: by what gives `width` of
 /// them.
-fn other_cells(text: &str, separator: u8, width: usize) -> Vec<String> {
-    let others = [b',', b';', b'\t', b'|'].into_iter().filter(|other| *other != separator);
-    let split = |separator| Dialect { separator, decimal_comma: false }.split_quoted(text);
+fn other_cells(text: &str, dialect: Dialect, width: usize) -> Vec<String> {
+    let others = [b',', b';', b'\t', b'|'].into_iter().filter(|other| *other != dialect.separator);
+    let split = |separator| Dialect { separator, ..dialect }.split_quoted(text);
     let by_blanks = || [words(text), with_units(words(text)), columns(text)].into_iter();
     let full = |cells: &Vec<String>| cells.len() == width && cells.iter().all(|cell| !cell.is_empty());
     others.map(split).chain(by_blanks()).find(full).unwrap_or_default()
@@ -122,8 +166,11 @@ fn columns(text: &str) -> Vec<String> {
     text.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(str::to_owned).collect()
 }
 
+/// Whether a cell names a clock and none is a value, as that of `Time:,14:59:58` is.
 fn names_a_clock((_, cells): &Line) -> bool {
-    cells.iter().any(|cell| rank(&heading(cell).name).is_some())
+    let is_value =
+        |cell: &String| cell.contains([':', '/', '.']) && is_bare(cell) && cell.contains(|c: char| c.is_ascii_digit());
+    !cells.iter().any(is_value) && cells.iter().any(|cell| rank(&heading(cell).name).is_some())
 }
 
 /// Of the lines above one of units that of the names: the one with the best name of a clock, of
@@ -134,39 +181,12 @@ fn best_named(lines: Vec<Line>) -> Option<Line> {
 }
 
 /// Whether a line is one of units: half of its cells are units that are known, and more than of the
-/// line above it. A unit that is not known costs its own column alone. Without a line above it a
-/// word for units leads it.
+/// line above it. A unit that is not known costs its own column alone.
 fn are_units(lines: &[Line], at: usize) -> bool {
     let cells = &lines[at].1;
-    let labelled = cells.first().is_some_and(|cell| label(cell).is_some());
-    let of_above = at.checked_sub(1).map(|above| known(&lines[above].1));
-    let stated = cells.iter().map(|cell| without_label(cell)).filter(|cell| !cell.trim().is_empty()).count();
+    let known = |cells: &[String]| cells.iter().filter(|cell| is_unit(cell)).count();
+    let stated = cells.iter().filter(|cell| !is_bare(cell)).count();
     let units = known(cells);
-    units > 0 && 2 * units >= stated && (labelled || of_above.is_some_and(|above| units > above))
-}
-
-/// How many cells are units that are known.
-fn known(cells: &[String]) -> usize {
-    let cells = cells.iter().map(|cell| without_label(cell)).filter(|cell| !cell.trim().is_empty());
-    cells.filter(|cell| unit_named(cell).is_some()).count()
-}
-
-/// The units of the columns, without the word that leads them: it is a cell of its own before them
-/// or in the place of the first, or stands before the first with a colon.
-fn stated_units(cells: &[String], width: usize) -> Vec<String> {
-    let own_cell = cells.len() > width && cells.first().is_some_and(|cell| label(cell) == Some(""));
-    cells[usize::from(own_cell)..].iter().map(|cell| without_label(cell).to_owned()).collect()
-}
-
-fn without_label(cell: &str) -> &str {
-    label(cell).unwrap_or(cell)
-}
-
-/// What follows a word for units at the beginning of a cell: `unit`, `Units: s`, `Y_Unit_Label`.
-fn label(cell: &str) -> Option<&str> {
-    let (word, rest) = cell.split_once([':', '=']).unwrap_or((cell, ""));
-    let letters = |c: char| if c.is_alphabetic() { c.to_ascii_lowercase() } else { ' ' };
-    let word: String = word.chars().map(letters).collect();
-    let is_word = |word: &str| matches!(word, "unit" | "units" | "einheit" | "einheiten" | "unité" | "unités");
-    word.split_whitespace().any(is_word).then_some(rest.trim())
+    let of_above = at.checked_sub(1).map(|above| known(&lines[above].1));
+    units > 0 && 2 * units >= stated && of_above.is_some_and(|above| units > above)
 }

@@ -10,7 +10,7 @@ const LINE_MAX: u64 = 8 << 20;
 const AHEAD_LINES: usize = 400;
 const AHEAD_BYTES: usize = 1 << 20;
 
-/// Lines of a source. A quoted cell ends with its line, as every cell of this format does.
+/// Lines of a source. A quoted cell ends with its line, but for those of a header.
 pub(crate) struct Lines<R> {
     source: R,
     pub gzipped: bool,
@@ -49,6 +49,7 @@ impl<R: BufRead> Lines<R> {
             bytes += self.text.len();
             self.ahead.push_back((self.read, core::mem::take(&mut self.text)));
         }
+        join_quoted(&mut self.ahead);
         Ok(&self.ahead)
     }
 
@@ -71,6 +72,9 @@ impl<R: BufRead> Lines<R> {
             while self.text.last().is_some_and(|byte| matches!(byte, b'\n' | b'\r' | 0)) {
                 self.text.pop();
             }
+            // a file system fills with zeros what was not written when power was lost
+            let zeros = self.text.iter().take_while(|byte| **byte == 0).count();
+            self.text.drain(..zeros);
             if !self.text.trim_ascii().is_empty() {
                 return Ok(true);
             }
@@ -102,4 +106,48 @@ impl<R: BufRead> Lines<R> {
             _ => RecordingError::CorruptGzip { file, line, reason: error.to_string() },
         }
     }
+}
+
+/// Lines that a quoted cell of a header may have.
+const QUOTED_LINES: usize = 8;
+/// Lines in which the header ends.
+const HEADER_LINES: usize = 50;
+
+/// Joins the lines of a header that one cell in quotes holds together, with a blank for the break.
+fn join_quoted(ahead: &mut VecDeque<(u64, Vec<u8>)>) {
+    let mut at = 0;
+    while at < ahead.len().min(HEADER_LINES) {
+        let mut joined = ahead[at].1.clone();
+        let mut more = 0;
+        while ends_in_quotes(&joined) && more < QUOTED_LINES && at + more + 1 < ahead.len() {
+            more += 1;
+            joined.push(b' ');
+            joined.extend_from_slice(&ahead[at + more].1);
+        }
+        if more > 0 && !ends_in_quotes(&joined) {
+            ahead.drain(at + 1..=at + more);
+            ahead[at].1 = joined;
+        }
+        at += 1;
+    }
+}
+
+/// Whether a cell that begins with a quote is not ended within the line. A quote within a cell, the
+/// sign of an inch, is none.
+fn ends_in_quotes(line: &[u8]) -> bool {
+    let is_separator = |byte: &u8| matches!(byte, b',' | b';' | b'\t' | b'|');
+    let mut open = false;
+    let mut begins = true;
+    let mut bytes = line.iter().peekable();
+    while let Some(byte) = bytes.next() {
+        if open && *byte == b'"' && bytes.peek() == Some(&&b'"') {
+            bytes.next();
+        } else if open && *byte == b'"' {
+            open = false;
+        } else if !open && begins && *byte == b'"' {
+            open = true;
+        }
+        begins = !open && (is_separator(byte) || (begins && byte.is_ascii_whitespace()));
+    }
+    open
 }

@@ -1,6 +1,7 @@
 //! Cells that state their unit: `1.25 rad/s`, `12.5°`, `3,1 mV`.
 
-use super::dialect::number;
+use super::number::number;
+use super::signs::Signs;
 use crate::units::{Unit, unit_named};
 
 /// A number and the text of the unit behind it.
@@ -11,18 +12,18 @@ pub(crate) struct Quantity<'a> {
 }
 
 /// What a cell states that is a number and a unit that is known; `None` for a plain number, too.
-pub(crate) fn quantity(cell: &str, decimal_comma: bool) -> Option<Quantity<'_>> {
+pub(crate) fn quantity(cell: &str, signs: Signs) -> Option<Quantity<'_>> {
     let cell = cell.trim();
     let (number_text, unit) = cell.split_at(length_of_number(cell));
     let unit = unit.trim();
-    let value = number(number_text.trim_end(), decimal_comma).filter(|_| !unit.is_empty())?;
+    let value = number(number_text.trim_end(), signs).filter(|_| !unit.is_empty())?;
     unit_named(unit).map(|_| Quantity { value, unit })
 }
 
 /// The number that a cell states in `unit`: a plain one, or one with a unit of the same dimension.
-pub(crate) fn number_in(unit: Unit, cell: &str, decimal_comma: bool) -> Option<f64> {
-    number(cell, decimal_comma).or_else(|| {
-        let stated = quantity(cell, decimal_comma)?;
+pub(crate) fn number_in(unit: Unit, cell: &str, signs: Signs) -> Option<f64> {
+    number(cell, signs).or_else(|| {
+        let stated = quantity(cell, signs)?;
         let own = unit_named(stated.unit).filter(|own| own.si == unit.si)?;
         Some(own.to_si(stated.value) / unit.to_si(1.0))
     })
@@ -50,28 +51,31 @@ fn length_of_number(cell: &str) -> usize {
 mod tests {
     use super::*;
 
+    const POINT: Signs = Signs { decimal_comma: false, grouped: false };
+    const COMMA: Signs = Signs { decimal_comma: true, grouped: false };
+
     #[test]
     fn a_cell_is_a_number_and_a_unit_that_is_known() {
         let cases = [
-            ("1.25 rad/s", false, 1.25, "rad/s"),
-            ("-3e-2V", false, -0.03, "V"),
-            ("12.5°", false, 12.5, "°"),
-            ("3,1 mV", true, 3.1, "mV"),
-            ("9.81m/s2", false, 9.81, "m/s2"),
+            ("1.25 rad/s", POINT, 1.25, "rad/s"),
+            ("-3e-2V", POINT, -0.03, "V"),
+            ("12.5°", POINT, 12.5, "°"),
+            ("3,1 mV", COMMA, 3.1, "mV"),
+            ("9.81m/s2", POINT, 9.81, "m/s2"),
         ];
         for (cell, comma, value, unit) in cases {
             assert_eq!(quantity(cell, comma), Some(Quantity { value, unit }), "{cell}");
         }
         for cell in ["1.25", "12 apples", "rad/s", "", "-", "2026-11-27", "12:30:01", "1.2.3 V"] {
-            assert_eq!(quantity(cell, false), None, "{cell}");
+            assert_eq!(quantity(cell, POINT), None, "{cell}");
         }
     }
 
     #[test]
     fn a_number_in_a_unit_is_converted_from_its_own_and_only_within_the_dimension() {
         let volt = unit_named("V").unwrap();
-        assert_eq!(number_in(volt, "250 mV", false), Some(0.25));
-        assert_eq!(number_in(volt, "0.25", false), Some(0.25));
-        assert_eq!(number_in(volt, "0.25 A", false), None);
+        assert_eq!(number_in(volt, "250 mV", POINT), Some(0.25));
+        assert_eq!(number_in(volt, "0.25", POINT), Some(0.25));
+        assert_eq!(number_in(volt, "0.25 A", POINT), None);
     }
 }

@@ -111,8 +111,8 @@ fn ragged_rows() {
 fn cells_that_are_no_number() {
     for (cell, shown) in [("abc", "`abc`"), ("1.2.3", "`1.2.3`"), ("0x10", "`0x10`"), ("1 2", "`1 2`")] {
         contains_all(
-            &refused("number.csv", &format!("time [s],x [m],y [m]\n0,1,2\n1,1,{cell}\n")),
-            &["line 3, column 3 `y [m]`", shown, "is not a number", "decimal"],
+            &refused("number.csv", &format!("time [s],y [m]\n0,2\n1,{cell}\n")),
+            &["line 3, column 2 `y [m]`", shown, "is not a number", "decimal"],
         );
     }
     // No time, no line of a spectrum.

@@ -3,8 +3,11 @@
 
 mod bad_channels;
 mod bad_tables;
+mod cells;
 mod channel_maps;
+mod clocks;
 mod damage;
+mod dialects;
 mod digests;
 mod field;
 mod foreign_bounds;
@@ -15,8 +18,11 @@ mod intake;
 mod loggers;
 mod mcap_bytes;
 mod mcap_files;
+mod other_texts;
 mod others;
+mod preambles;
 mod real_recordings;
+mod recognised;
 mod replay_runs;
 mod replay_tables;
 mod run_channels;
@@ -25,9 +31,11 @@ mod series;
 mod shapes;
 mod spectra_and_segments;
 mod stamps;
+mod structured;
 mod tables;
 mod uff_models;
 mod uff_types;
+mod units_of_names;
 mod universal_files;
 
 use std::path::PathBuf;

@@ -11,8 +11,8 @@
 //! shows. Free in every model it would take for nothing what a law has to pay for.
 //!
 //! A half-normal level l of width s has the density `2/√(2π) (l/s) exp(−(l/s)²/2)` over `ln l`. Its
-//! factor l/s keeps Laplace's method off the boundary: where the prior bounds the level, it is short
-//! of the integral by 0.15 nats.
+//! factor l/s keeps Laplace's method off the boundary: where the prior bounds the level, it is
+//! short of the integral by 0.15 nats.
 
 use super::{Coordinate, unstated};
 use crate::evidence::decide::{DISTURBANCE_SPREAD, NOISE_SIGMA, POLE_PRIOR, SENSOR_SPREAD};

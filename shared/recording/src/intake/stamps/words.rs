@@ -1,0 +1,81 @@
+//! Words in dates: months, days of the week, halves of the day, zones.
+
+const MONTHS: [&str; 12] = [
+    "january",
+    "february",
+    "march",
+    "april",
+    "may",
+    "june",
+    "july",
+    "august",
+    "september",
+    "october",
+    "november",
+    "december",
+];
+/// Months that begin otherwise in other languages.
+const OTHER_MONTHS: &[(&str, u8)] = &[("mär", 3), ("mrz", 3), ("mai", 5), ("okt", 10), ("dez", 12), ("ago", 8)];
+const DAYS: [&str; 7] = ["monday", "tuesday", "wednesday", "thursday", "friday", "saturday", "sunday"];
+/// Zones by name, and how far they are ahead of UTC [min]; names of several zones are absent.
+const ZONES: &[(&str, i64)] = &[
+    ("Z", 0),
+    ("UTC", 0),
+    ("UT", 0),
+    ("GMT", 0),
+    ("WET", 0),
+    ("WEST", 60),
+    ("CET", 60),
+    ("MEZ", 60),
+    ("CEST", 120),
+    ("MESZ", 120),
+    ("EET", 120),
+    ("EEST", 180),
+    ("MSK", 180),
+    ("JST", 540),
+    ("KST", 540),
+    ("AEST", 600),
+    ("AEDT", 660),
+    ("EST", -300),
+    ("EDT", -240),
+    ("CDT", -300),
+    ("MST", -420),
+    ("MDT", -360),
+    ("PST", -480),
+    ("PDT", -420),
+];
+
+/// What a word in a date is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Word {
+    Month(u8),
+    Weekday,
+    Afternoon(bool),
+    /// Seconds ahead of UTC.
+    Zone(i64),
+    /// The number before it is one of days.
+    Days,
+    /// Divides date and time.
+    Time,
+}
+
+impl Word {
+    pub fn of(word: &str) -> Option<Self> {
+        if let Some((_, minutes)) = ZONES.iter().find(|(zone, _)| zone.eq_ignore_ascii_case(word)) {
+            return Some(Word::Zone(60 * minutes));
+        }
+        let small = word.to_lowercase();
+        match small.as_str() {
+            "t" => return Some(Word::Time),
+            "am" => return Some(Word::Afternoon(false)),
+            "pm" => return Some(Word::Afternoon(true)),
+            "day" | "days" => return Some(Word::Days),
+            _ => {}
+        }
+        let named = |name: &&str| small.chars().count() >= 3 && name.starts_with(&small);
+        let month = MONTHS.iter().position(named).map(|at| at as u8 + 1);
+        let other = || OTHER_MONTHS.iter().find(|(name, _)| small.starts_with(name)).map(|(_, month)| *month);
+        let weekday = || DAYS.iter().any(|day| named(&day)).then_some(Word::Weekday);
+        month.or_else(other).map(Word::Month).or_else(weekday)
+    }
+}

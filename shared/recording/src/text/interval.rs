@@ -1,0 +1,154 @@
+//! The time between two rows as the lines above them state it: `Sample Interval,1e-02`,
+//! `# Sample rate: 100 Hz`, `XInc:,1.0E-02`, `tInc = 1e-6`, a column `Increment` beside the rows.
+
+use super::dialect::Dialect;
+use super::header::unmarked;
+use super::number::number;
+use super::quantity::quantity;
+use crate::intake::names::heading;
+use crate::text::printable;
+use crate::units::{Unit, unit_named};
+
+/// The time between two rows, and where it is stated.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Interval {
+    pub seconds: f64,
+    /// As the file states it, for a note.
+    pub stated: String,
+    /// Position of the key in its line.
+    pub at: usize,
+}
+
+/// What a key says of its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Says {
+    Interval,
+    Rate,
+}
+
+/// What the lines above the rows say; `None` where they say nothing, or two things.
+pub(super) fn stated_interval(above: &[(u64, String)], dialect: Dialect) -> Option<Interval> {
+    let lines: Vec<(u64, Vec<String>)> =
+        above.iter().map(|(line, text)| (*line, dialect.split_quoted(unmarked(text)))).collect();
+    let mut found: Vec<Interval> = Vec::new();
+    for (at, (line, cells)) in lines.iter().enumerate() {
+        let below = lines.get(at + 1).map(|(_, cells)| cells);
+        let whole = heading_and_value(unmarked(&above[at].1)).filter(|_| cells.len() == 1 || dialect.separator == b' ');
+        let pairs = cells.iter().enumerate().filter_map(|(k, cell)| Some((k, pair(cells, k, cell, below)?)));
+        let pairs = pairs.chain(whole.map(|pair| (0, pair)));
+        found.extend(pairs.filter_map(|(at, (key, value))| interval(*line, at, &key, &value, dialect)));
+    }
+    let first = found.first()?.clone();
+    let alike = |other: &Interval| (other.seconds / first.seconds - 1.0).abs() < 1e-6;
+    found.iter().all(alike).then_some(first)
+}
+
+/// Key and value of a cell: within it, in the next cell that is not empty, or in the one below.
+fn pair(cells: &[String], k: usize, cell: &str, below: Option<&Vec<String>>) -> Option<(String, String)> {
+    if let Some(pair) = heading_and_value(cell) {
+        return Some(pair);
+    }
+    says(cell)?;
+    let starts_a_number = |value: &&String| value.contains(|c: char| c.is_ascii_digit());
+    let next = cells[k + 1..].iter().find(|value| !value.trim().is_empty()).filter(starts_a_number);
+    let value = next.or_else(|| below?.get(k).filter(starts_a_number))?;
+    Some((cell.to_owned(), value.clone()))
+}
+
+/// `key: value` and `key = value`.
+fn heading_and_value(text: &str) -> Option<(String, String)> {
+    let (key, value) = text.split_once(['=', ':'])?;
+    (says(key).is_some() && !value.trim().is_empty()).then(|| (key.trim().to_owned(), value.trim().to_owned()))
+}
+
+fn interval(line: u64, at: usize, key: &str, value: &str, dialect: Dialect) -> Option<Interval> {
+    let says = says(key)?;
+    // `Analog:0.01`
+    let text = value.rsplit_once(':').map_or(value, |(_, value)| value).trim();
+    let stated = quantity(text, dialect.signs);
+    let number = number(text, dialect.signs).or(stated.map(|stated| stated.value))?;
+    let unit = stated.map(|stated| stated.unit.to_owned()).or_else(|| heading(key).unit);
+    let unit =
+        unit.as_deref().and_then(unit_named).or_else(|| unit_named(if says == Says::Rate { "Hz" } else { "s" }))?;
+    let seconds = seconds(number, unit)?;
+    let stated = format!("line {line}: `{} {}`", printable(key), printable(value));
+    Some(Interval { seconds, stated, at })
+}
+
+fn seconds(number: f64, unit: Unit) -> Option<f64> {
+    let value = unit.to_si(number);
+    let seconds = match unit.si {
+        "s" => value,
+        "Hz" | "1/s" => 1.0 / value,
+        _ => return None,
+    };
+    (seconds.is_finite() && seconds > 0.0).then_some(seconds)
+}
+
+/// Whether a key names the time between two samples, or their rate.
+fn says(key: &str) -> Option<Says> {
+    let name = heading(key.trim().trim_end_matches([':', '='])).name;
+    let name = name.split(['[', '(']).next().unwrap_or_default();
+    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    if plain.chars().count() > 40 {
+        return None;
+    }
+    let is_of = |words: &[&str]| words.iter().any(|word| plain == *word || (word.len() > 8 && plain.ends_with(word)));
+    if is_of(INTERVALS) {
+        Some(Says::Interval)
+    } else if is_of(RATES) {
+        Some(Says::Rate)
+    } else {
+        None
+    }
+}
+
+const INTERVALS: &[&str] = &[
+    "increment",
+    "xinc",
+    "xincr",
+    "xincrement",
+    "tinc",
+    "tincr",
+    "timeincrement",
+    "timestep",
+    "timeinterval",
+    "dt",
+    "dx",
+    "deltax",
+    "deltat",
+    "wfincrement",
+    "sampleinterval",
+    "samplinginterval",
+    "sampleperiod",
+    "samplingperiod",
+    "sampletime",
+    "samplingtime",
+    "scaninterval",
+    "loginterval",
+    "logginginterval",
+    "recordinginterval",
+    "abtastintervall",
+    "abtastzeit",
+];
+
+const RATES: &[&str] = &[
+    "fs",
+    "samplerate",
+    "samplesrate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "samplefreq",
+    "samplingfreq",
+    "updaterate",
+    "acquisitionrate",
+    "datarate",
+    "framerate",
+    "scanrate",
+    "lograte",
+    "loggingrate",
+    "recordingrate",
+    "abtastrate",
+    "abtastfrequenz",
+];

@@ -1,0 +1,197 @@
+//! What a text file begins with: where header, units and remarks end and rows begin.
+//!
+//! The separator is the one under which most cells of most lines are numbers or stamps, and fewest
+//! are pieces of them. The first row is the first line whose cells are numbers wherever those of the
+//! later lines are, or the first of the lines right above it that begin as a row does; what is
+//! above it is header, units and remarks.
+
+use super::beside::beside;
+use super::dialect::{Dialect, filled, is_missing, is_of_remarks, is_remark};
+use super::header::Above;
+use super::interval::{Interval, stated_interval};
+use super::number::number;
+use super::signs::{Evidences, Signs};
+
+/// What was seen of a file before its first row was taken.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    pub dialect: Dialect,
+    /// Texts of the header's cells; empty where the file has no header.
+    pub header: Vec<String>,
+    /// Texts of a line of units below the header.
+    pub units: Vec<String>,
+    /// Line of the header, else of the first row.
+    pub header_line: u64,
+    /// Line of the first row.
+    pub first_line: u64,
+    /// Cells of the rows that were seen, one inner vector a row.
+    pub rows: Vec<Vec<String>>,
+    /// Lines above the rows that are neither header nor units nor marked as remarks.
+    pub remarks: usize,
+    /// What the lines above the rows say of the time between two rows.
+    pub interval: Option<Interval>,
+    /// What was read in one of two ways, or not used.
+    pub notes: Vec<String>,
+}
+
+const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
+
+/// What is seen of the lines `ahead`; `None` where no separator gives a line of values.
+pub(crate) fn layout(ahead: &[(u64, String)]) -> Option<Layout> {
+    if let Some(layout) = beside(ahead) {
+        return Some(layout);
+    }
+    let mut best: Option<(f64, Dialect, Option<String>)> = None;
+    for separator in SEPARATORS {
+        for (score, dialect, note) in readings(ahead, separator) {
+            if score > best.as_ref().map_or(0.0, |(most, ..)| *most) {
+                best = Some((score, dialect, note));
+            }
+        }
+    }
+    let (_, dialect, note) = best?;
+    let mut layout = laid_out(ahead, dialect)?;
+    layout.notes.extend(note);
+    Some(layout)
+}
+
+/// The lines that tell a dialect: the last of those that are looked at.
+const TELLING: usize = 60;
+
+/// The dialects with a separator, what they make of the lines, and what is to be noted of them.
+fn readings(ahead: &[(u64, String)], separator: u8) -> Vec<(f64, Dialect, Option<String>)> {
+    let of = |decimal_comma| Dialect { separator, signs: Signs { decimal_comma, grouped: false } };
+    let lines: Vec<Vec<String>> =
+        ahead.iter().filter(|(_, text)| !is_remark(text)).map(|(_, text)| of(false).split_quoted(text)).collect();
+    let last = &lines[lines.len().saturating_sub(TELLING)..];
+    let width = usual(last.iter().map(Vec::len));
+    let evidences = Evidences::of(&number_columns(&lines, last, width));
+    let commas =
+        [false, true].into_iter().filter(|comma| !comma || separator != b',' || evidences.has_decimal_commas());
+    let reading = |comma| {
+        let dialect = Dialect { signs: evidences.signs(comma), ..of(comma) };
+        (score(last, width, dialect), dialect, evidences.note(dialect.signs, separator))
+    };
+    commas.map(reading).collect()
+}
+
+/// The cells by column of the lines that have as many numbers as the last ones: a preamble has
+/// fewer.
+fn number_columns<'a>(lines: &'a [Vec<String>], last: &[Vec<String>], width: usize) -> Vec<Vec<&'a str>> {
+    let numbers = |cells: &Vec<String>| {
+        cells
+            .iter()
+            .filter(|cell| {
+                cell.trim_start_matches(['-', '+', '\u{2212}'])
+                    .starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | ','))
+            })
+            .count()
+    };
+    let mut counts: Vec<usize> = last.iter().filter(|cells| cells.len() == width).map(numbers).collect();
+    counts.sort_unstable();
+    let most = counts.get(counts.len() / 2).copied().unwrap_or(0);
+    let alike: Vec<&Vec<String>> =
+        lines.iter().filter(|cells| cells.len() == width && numbers(cells) >= most).collect();
+    (0..width).map(|column| alike.iter().map(|cells| cells[column].as_str()).collect()).collect()
+}
+
+/// Mean number of values in the lines that have the most usual number of cells, times their share
+/// of the lines and the share of the cells that are values or empty.
+fn score(lines: &[Vec<String>], width: usize, dialect: Dialect) -> f64 {
+    let alike: Vec<&Vec<String>> = lines.iter().filter(|cells| cells.len() == width).collect();
+    let (mut values, mut missing) = (0, 0);
+    for cell in alike.iter().flat_map(|cells| cells.iter()) {
+        if dialect.is_value(cell) {
+            values += 1;
+        } else if is_missing(cell) {
+            missing += 1;
+        }
+    }
+    let whole = (values + missing) as f64 / (alike.len() * width).max(1) as f64;
+    values as f64 / lines.len().max(1) as f64 * whole
+}
+
+fn usual(widths: impl Iterator<Item = usize> + Clone) -> usize {
+    let count = |width: usize| widths.clone().filter(|other| *other == width).count();
+    widths.clone().max_by_key(|width| (count(*width), *width)).unwrap_or(0)
+}
+
+fn laid_out(ahead: &[(u64, String)], dialect: Dialect) -> Option<Layout> {
+    let split: Vec<(usize, Vec<String>)> = ahead
+        .iter()
+        .enumerate()
+        .filter(|(_, (_, text))| !is_remark(text))
+        .map(|(at, (_, text))| (at, dialect.split_quoted(text)))
+        .collect();
+    let width = usual(split.iter().rev().take(TELLING).map(|(_, cells)| cells.len()));
+    let valued = valued_columns(&split, dialect, width);
+    let cell = |cells: &Vec<String>, column: usize| cells.get(column).cloned().unwrap_or_default();
+    let is_row = |cells: &Vec<String>| {
+        let fits = |column: &usize| {
+            let cell = cell(cells, *column);
+            dialect.is_value(&cell) || is_missing(&cell)
+        };
+        valued.iter().all(fits) && valued.iter().any(|column| dialect.is_value(&cell(cells, *column)))
+    };
+    // a cell without a number is one cell, not the end of the rows
+    let begins_as_row = |cells: &Vec<String>| {
+        cells.len() == width && valued.first().is_some_and(|column| dialect.is_value(&cells[*column]))
+    };
+    let whole = split.iter().position(|(_, cells)| is_row(cells))?;
+    let begun = split[..whole].iter().rev().take_while(|(_, cells)| begins_as_row(cells)).count();
+    let first = split[whole - begun].0;
+    let rows: Vec<Vec<String>> =
+        split[whole..].iter().filter(|(_, cells)| is_row(cells)).map(|(_, cells)| cells.clone()).collect();
+    let above = &ahead[..first];
+    let interval = stated_interval(above, dialect);
+    // a program may write the time between two rows beside the names
+    let filled = rows.iter().map(|cells| filled(cells)).max().unwrap_or(width);
+    let beside = interval.as_ref().is_some_and(|stated| stated.at >= filled);
+    let above = if beside { Above::within(above, dialect, filled) } else { Above::of(above, dialect, width) };
+    Some(with_header(above, interval, dialect, ahead[first].0, rows))
+}
+
+/// The columns whose cells are values in most of the last lines: what stands above the rows is no
+/// part of these.
+fn valued_columns(split: &[(usize, Vec<String>)], dialect: Dialect, width: usize) -> Vec<usize> {
+    let later = (split.len().div_ceil(2)).min(TELLING);
+    let alike: Vec<&Vec<String>> =
+        split.iter().rev().take(later).map(|(_, cells)| cells).filter(|cells| cells.len() == width).collect();
+    let fits = |cell: &str| dialect.is_value(cell) || is_missing(cell);
+    let is_valued = |column: &usize| 2 * alike.iter().filter(|cells| fits(&cells[*column])).count() >= alike.len();
+    if alike.is_empty() { Vec::new() } else { (0..width).filter(is_valued).collect() }
+}
+
+fn with_header(
+    above: Above,
+    interval: Option<Interval>,
+    dialect: Dialect,
+    first_line: u64,
+    rows: Vec<Vec<String>>,
+) -> Layout {
+    let header_line = above.names.as_ref().map_or(first_line, |(line, _)| *line);
+    let mut header = above.names.map(|(_, cells)| cells).unwrap_or_default();
+    let mut units = above.units;
+    // a column of remarks of which there are none has no cells
+    let widest = rows.iter().map(Vec::len).max().unwrap_or(0);
+    if header.len() == widest + 1 && header.last().is_some_and(|name| is_of_remarks(name)) {
+        header.pop();
+    }
+    if header.len() + 1 == widest && begins_with_row_names(&rows) {
+        if units.len() == header.len() {
+            units.insert(0, String::new());
+        }
+        header.insert(0, String::new());
+    }
+    let (remarks, notes) = (above.remarks, above.notes);
+    Layout { dialect, header_line, header, units, first_line, rows, remarks, interval, notes }
+}
+
+/// Signs of a whole number.
+const POINT: Signs = Signs { decimal_comma: false, grouped: false };
+
+/// Whether a row begins with its name or its number from 1, for which R writes no header.
+fn begins_with_row_names(rows: &[Vec<String>]) -> bool {
+    let lead = |row: &Vec<String>| row.first().and_then(|cell| number(cell, POINT));
+    rows.len() > 1 && rows.iter().enumerate().all(|(k, row)| lead(row).is_none_or(|number| number == (k + 1) as f64))
+}
