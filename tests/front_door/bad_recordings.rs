@@ -85,7 +85,7 @@ fn a_cell_a_row_or_a_time_that_cannot_be_is_refused_with_its_line_and_column() {
         &["needs one rate", "line 502, column 2 `acceleration_1 [m/s^2]` is empty", "split the file"],
     );
     refused("inf.csv", cell("-inf"), &["line 502, column 2"]);
-    refused("word.csv", cell("abc"), &["needs one rate", "line 502, column 2"]);
+    refused("word.csv", cell("abc"), &["needs one rate", "line 502, column 2", "`abc` is not a number"]);
     refused("comma.csv", cell("1,5"), &["line 502", "4 columns, the header has 3"]);
     let mut backwards = rows.clone();
     backwards[700][0] = "1.0".into();

@@ -320,6 +320,7 @@ fn taken(
     let other = each_row(file, lines, layout.first_line, &mut cells, &mut |_, line, row| rows.push(line, row))?;
     rows.origin_s = cells.origin_s();
     let mut notes = notes_of(&cells, plan, other, rows.count())?;
+    rows.texts = cells.counts.iter().filter_map(Counts::text).collect();
     notes.extend(without_texts(&mut rows, cells, plan)?);
     let empty = rows.leave_out_empty();
     if !empty.is_empty() {

@@ -54,6 +54,8 @@ pub(crate) struct Rows {
     wraps: Wraps,
     /// The newest row stands first.
     newest_first: bool,
+    /// The first cell of each column that is a text: its place and the text.
+    pub texts: Vec<(Box<Place>, String)>,
 }
 
 impl Rows {
@@ -76,6 +78,7 @@ impl Rows {
             origin_s: 0,
             wraps: Wraps::default(),
             newest_first: false,
+            texts: Vec::new(),
         }
     }
 
@@ -305,7 +308,7 @@ impl Rows {
         let reason = match self.first_empty() {
             Some(place) => {
                 check_extent(&self.file, &self.first, &self.lines)?;
-                format!("{} is empty", place.within_file())
+                self.without_sample(&place)
             }
             None => match examine(&self.file, &self.first, &self.lines, self.duplicates) {
                 Err(error) if error.is_uneven_sampling() => error.without_file(&self.file),
@@ -332,7 +335,8 @@ impl Rows {
             return Err(restarted(&self.file, self.lines[start], self.first[start - 1], self.first[start]));
         }
         if let Some(place) = self.first_empty() {
-            return Err(RecordingError::NotANumber { place, value: String::new() });
+            let value = self.text_at(&place).unwrap_or_default().to_owned();
+            return Err(RecordingError::NotANumber { place, value });
         }
         let timing = examine(&self.file, &self.first, &self.lines, self.duplicates)?;
         Ok(self.into_table(timing, clock))
@@ -342,6 +346,20 @@ impl Rows {
         let empty = |values: &Vec<f64>| values.iter().position(|value| value.is_nan());
         let (row, column) = self.values.iter().enumerate().filter_map(|(i, values)| Some((empty(values)?, i))).min()?;
         Some(self.place(self.lines[row], column + 1))
+    }
+
+    /// Why a cell is no sample, without the file.
+    fn without_sample(&self, place: &Place) -> String {
+        match self.text_at(place) {
+            Some(text) => format!("{}: `{text}` is not a number", place.within_file()),
+            None => format!("{} is empty", place.within_file()),
+        }
+    }
+
+    /// The first text of its column, where it stands here.
+    fn text_at(&self, place: &Place) -> Option<&str> {
+        let is_here = |of: &Place| (of.line, of.column) == (place.line, place.column);
+        self.texts.iter().find(|(of, _)| is_here(of)).map(|(_, text)| &**text)
     }
 
     fn into_table(self, timing: Timing, clock: Option<String>) -> Table {

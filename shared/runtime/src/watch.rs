@@ -5,7 +5,8 @@
 //! `HANG partition epoch silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`,
 //! `WORKS partition` (a frame left it work: no frame is done, and nothing is wrong).
 //! Lines from it (standard input): `LOST partition`, `STARVED partition` (no hang: it got no
-//! processor), `RENEWED partition` (a new life has begun that has not been heard). Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
+//! processor), `RENEWED partition` (a new life has begun that has not been heard). Wall-clock only:
+//! nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
 use crate::sys::LineWriter;

@@ -92,7 +92,7 @@ fn first_interval(time: &[f64], starts: &[usize]) -> Option<f64> {
     each.get(each.len() / 2).copied().filter(|interval| *interval > 0.0)
 }
 
-/// Rows lost right before each packet; see the module's law. How many is told by the usual u on
+/// Rows lost right before each packet; see the module's law. How many follows from the usual u on
 /// both sides: the first packet behind a loss may be a part of one.
 fn lost_before(time: &[f64], steps: &[f64], starts: &[usize], (kind, interval): (Kind, f64)) -> Vec<usize> {
     let off: Vec<f64> = starts.iter().map(|row| time[*row] - interval * *row as f64).collect();

@@ -55,6 +55,14 @@ impl Counts {
     pub fn is_of_numbers(&self) -> bool {
         self.texts == 0 || self.numbers > self.texts
     }
+
+    /// The first text, and its place.
+    pub fn text(&self) -> Option<(Box<Place>, String)> {
+        match &self.first_text {
+            Some(RecordingError::NotANumber { place, value }) => Some((place.clone(), value.clone())),
+            _ => None,
+        }
+    }
 }
 
 impl<'a> Cells<'a> {

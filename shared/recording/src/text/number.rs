@@ -7,10 +7,11 @@ use std::borrow::Cow;
 pub(crate) fn number(cell: &str, signs: Signs) -> Option<f64> {
     // most cells are plain
     let is_plain = |byte: u8| byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'e' | b'E');
-    if !signs.grouped && cell.bytes().all(is_plain) {
-        if let Ok(number) = cell.parse() {
-            return Some(number);
-        }
+    if !signs.grouped
+        && cell.bytes().all(is_plain)
+        && let Ok(number) = cell.parse()
+    {
+        return Some(number);
     }
     // an apostrophe makes a number a text to a spreadsheet
     let cell = with_plain_sign(cell.trim().trim_matches('\''));
@@ -22,10 +23,10 @@ pub(crate) fn number(cell: &str, signs: Signs) -> Option<f64> {
     let sign = if cell.starts_with('-') { -1.0 } else { 1.0 };
     let (point, group) = if signs.decimal_comma { (',', '.') } else { ('.', ',') };
     // a point that divides thousands is no decimal sign, whatever the parser takes it for
-    if !(signs.grouped && cell.contains(group)) {
-        if let Ok(number) = cell.parse() {
-            return Some(number);
-        }
+    if !(signs.grouped && cell.contains(group))
+        && let Ok(number) = cell.parse()
+    {
+        return Some(number);
     }
     if let Some(plain) = without_thousands(unsigned, point, group, signs.grouped) {
         return plain.parse::<f64>().ok().map(|number| sign * number);

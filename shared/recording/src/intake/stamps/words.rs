@@ -75,7 +75,7 @@ impl Word {
         let named = |name: &&str| small.chars().count() >= 3 && name.starts_with(&small);
         let month = MONTHS.iter().position(named).map(|at| at as u8 + 1);
         let other = || OTHER_MONTHS.iter().find(|(name, _)| small.starts_with(name)).map(|(_, month)| *month);
-        let weekday = || DAYS.iter().any(|day| named(&day)).then_some(Word::Weekday);
+        let weekday = || DAYS.iter().any(named).then_some(Word::Weekday);
         month.or_else(other).map(Word::Month).or_else(weekday)
     }
 }
