@@ -42,7 +42,7 @@ fn a_spelling_of_a_plant_file_is_one_of_a_recording_with_the_same_factor_and_dim
     for text in &all {
         let readings = || [parse(text), parse_with_gram(text)].into_iter().flatten();
         let Some(channel) = recording::units::unit_named(text) else {
-            let may_be_two_things = text.ends_with('G');
+            let may_be_two_things = text.ends_with('G') || recording::units::two_meanings(text).is_some();
             let known = |unit: &Unit| {
                 let si = recording::units::UNITS.iter().map(|unit| parse(unit.si)).collect::<Vec<_>>();
                 si.into_iter().flatten().any(|si| (si.dimension, si.radian) == (unit.dimension, unit.radian))

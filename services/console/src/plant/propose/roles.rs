@@ -230,7 +230,8 @@ fn is_noiseless(channel: &Channel) -> bool {
     let mean = channel.value.iter().sum::<f64>() / n;
     let spread = (channel.value.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / n).sqrt();
     let sigma = ORDERS.iter().map(|order| noise_by(&channel.value, *order)).fold(f64::INFINITY, f64::min);
-    let rounding = ROUNDING_STEPS * resolution(&channel.value).unwrap_or(0.0);
+    let step = resolution(&channel.value).or_else(|| last_digit(&channel.value, spread));
+    let rounding = ROUNDING_STEPS * step.unwrap_or(0.0);
     sigma <= rounding.max(NOISELESS_SHARE * spread)
 }
 
@@ -271,6 +272,19 @@ pub fn resolution(values: &[f64]) -> Option<f64> {
     let share = steps.iter().filter(whole).count() as f64 / steps.len().max(1) as f64;
     let distinct = steps.len() + 1;
     (distinct > 1 && share > 0.95 && (distinct as f64) < 0.9 * values.len() as f64).then_some(least)
+}
+
+/// The power of ten that all values are multiples of; `None` where it is below the digits of a
+/// signal of this spread.
+fn last_digit(values: &[f64], spread: f64) -> Option<f64> {
+    let least = (spread * NOISELESS_SHARE).log10().floor() as i32;
+    let most = spread.log10().ceil() as i32;
+    let is_multiple = |value: &f64, step: f64| {
+        let steps = value / step;
+        (steps - steps.round()).abs() <= 1e-9 * steps.abs().max(1.0)
+    };
+    let all = |power: &i32| values.iter().all(|value| is_multiple(value, 10f64.powi(*power)));
+    (least..=most).rev().find(all).map(|power| 10f64.powi(power))
 }
 
 #[cfg(test)]
