@@ -82,7 +82,8 @@ fn a_number_that_two_signs_make_is_never_taken_for_a_missing_sample() {
 
 #[test]
 fn numbers_of_other_hands_are_numbers() {
-    let forms: [(&str, fn(f64) -> String); 5] = [
+    type Form = fn(f64) -> String;
+    let forms: [(&str, Form); 5] = [
         ("minus of typesetting", |a| format!("{a:.3}").replace('-', "\u{2212}")),
         ("bookkeeping", |a| if a < 0.0 { format!("({:.3})", -a) } else { format!("{a:.3}") }),
         ("fortran", |a| format!("{:.5}+001", a / 10.0)),

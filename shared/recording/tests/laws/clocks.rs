@@ -3,9 +3,19 @@
 use crate::file;
 use recording::{Imported, Intake, SeriesSet, TimeColumn, read, read_with, series};
 use std::fmt::Write;
+use std::ops::Range;
+
+/// Stamps of a day; of a second and millisecond.
+type OfDay = fn(usize) -> String;
+type OfSecond = fn(usize, usize) -> String;
+
+/// An outage.
+fn lost_rows(first: usize, end: usize) -> Range<usize> {
+    first..end
+}
 
 /// Times and one channel, a row each.
-fn rows(count: usize, stamp: impl Fn(usize) -> String, lost: &[core::ops::Range<usize>]) -> String {
+fn rows(count: usize, stamp: impl Fn(usize) -> String, lost: &[Range<usize>]) -> String {
     let mut text = String::new();
     for row in (0..count).filter(|row| !lost.iter().any(|range| range.contains(row))) {
         writeln!(text, "{},{:.5}", stamp(row), (0.3 * row as f64).sin()).unwrap();
@@ -58,8 +68,8 @@ fn rate_and_gaps(set: &SeriesSet) -> (f64, Vec<f64>) {
 fn packets_that_were_lost_are_gaps_at_the_rate_of_the_packets() {
     let ticks = |row: usize| format!("{:.4}", 0.1 * (row / 10) as f64 + 1e-4 * (row % 10) as f64);
     let same = |row: usize| format!("{:.3}", 0.05 * (row / 5) as f64 + 0.05);
-    let lost_each: [&[core::ops::Range<usize>]; 4] =
-        [&[500..510], &[400..500], &[500..700], &[200..210, 500..510, 700..710]];
+    let lost_each: [&[Range<usize>]; 4] =
+        [&[lost_rows(500, 510)], &[lost_rows(400, 500)], &[lost_rows(500, 700)], &[200..210, 500..510, 700..710]];
     for lost in lost_each {
         for (kind, text) in [("ticks", rows(1000, ticks, lost)), ("same", rows(1000, same, lost))] {
             let set = of(&format!("packets_{kind}"), "t [s],gyro_z [deg/s]", &text);
@@ -77,19 +87,22 @@ fn packets_that_were_lost_are_gaps_at_the_rate_of_the_packets() {
 fn rows_lost_under_coarse_stamps_are_gaps() {
     let tenth = |row: usize| format!("{:.2}", (row / 3) as f64 / 100.0);
     for lost in [500..506, 500..530] {
-        let set = of("coarse", "t [s],gyro_z [deg/s]", &rows(1000, tenth, &[lost.clone()]));
+        let set = of("coarse", "t [s],gyro_z [deg/s]", &rows(1000, tenth, std::slice::from_ref(&lost)));
         let (rate, gaps) = rate_and_gaps(&set);
         assert!((rate - 300.0).abs() < 0.5 && gaps.len() == 1, "{lost:?}: {rate} {gaps:?} {:?}", set.notes);
         assert!((gaps[0] - (lost.len() + 1) as f64 / 300.0).abs() < 4e-3, "{lost:?} {gaps:?}");
     }
     let second = |row: usize| format!("2024-03-05 15:00:{:02}", row / 100);
     let unix = |row: usize| format!("{}", 1_709_650_798 + row / 100);
-    for (lost, unix) in [(430..560, rows(1000, unix, &[400..500])), (440..470, rows(1000, second, &[440..470]))] {
+    for (lost, unix) in
+        [(430..560, rows(1000, unix, &[lost_rows(400, 500)])), (440..470, rows(1000, second, &[lost_rows(440, 470)]))]
+    {
         let header = if lost.len() == 30 { "timestamp,gyro_z [deg/s]" } else { "time,gyro_z [deg/s]" };
         let (rate, gaps) = rate_and_gaps(&of("whole", header, &unix));
         assert!((rate - 100.0).abs() < 1.0 && gaps.len() == 1, "{lost:?}: {rate} {gaps:?}");
     }
-    let (rate, gaps) = rate_and_gaps(&of("whole_gap", "timestamp,gyro_z [deg/s]", &rows(1000, second, &[430..560])));
+    let (rate, gaps) =
+        rate_and_gaps(&of("whole_gap", "timestamp,gyro_z [deg/s]", &rows(1000, second, &[lost_rows(430, 560)])));
     // rows are missing in two of the seconds; where within them is not known
     let missing: f64 = gaps.iter().map(|gap| gap * rate - 1.0).sum();
     assert!((rate - 100.0).abs() < 1.0 && (missing - 130.0).abs() < 2.0, "{rate} {gaps:?}");
@@ -111,7 +124,7 @@ fn around_midnight(row: usize) -> (usize, String) {
 
 #[test]
 fn the_order_of_day_and_month_is_that_which_makes_the_times_go_on() {
-    let cases: [(&str, &str, fn(usize) -> String); 5] = [
+    let cases: [(&str, &str, OfDay); 5] = [
         ("03/05/2024 ", "month/day/year", |day| format!("03/{:02}/2024 ", 5 + day)),
         ("05/03/2024 ", "day/month/year", |day| format!("{:02}/03/2024 ", 5 + day)),
         ("05/03/24 ", "day/month/year", |day| format!("{:02}/03/24 ", 5 + day)),
@@ -160,7 +173,7 @@ fn a_zone_is_applied_wherever_it_stands() {
 #[test]
 fn stamps_of_the_c_library_and_of_ordinal_days_are_read() {
     let second = |row: usize| (row / 100, row % 100 * 10);
-    let cases: [(&str, fn(usize, usize) -> String); 8] = [
+    let cases: [(&str, OfSecond); 8] = [
         ("c", |s, ms| format!("Tue Mar  5 15:00:{s:02}.{ms:03} 2024")),
         ("quoted", |s, ms| format!("\"Mar 5, 2024, 03:00:{s:02}.{ms:03} PM\"")),
         ("ordinal", |s, ms| format!("2024-065T15:00:{s:02}.{ms:03}")),
@@ -235,7 +248,7 @@ fn a_counter_that_begins_again_is_counted_on() {
     let byte = |row: usize| format!("{}", row % 256);
     let set = named("byte", "counter,gyro_z [deg/s]", &rows(1000, byte, &[]), "counter:100Hz");
     assert_even(&set, 1000, "byte");
-    let set = named("byte_lost", "counter,gyro_z [deg/s]", &rows(1000, byte, &[300..350]), "counter:100Hz");
+    let set = named("byte_lost", "counter,gyro_z [deg/s]", &rows(1000, byte, &[lost_rows(300, 350)]), "counter:100Hz");
     assert_eq!(rate_and_gaps(&set).1.len(), 1);
 }
 
