@@ -7,19 +7,23 @@
 //! ```text
 //! c_k = ν_aᵀ S_b⁻¹ m,   m = ν_b − ν_a
 //! D = Σ δ_k,   V = long-run variance of Σ c_k by Bartlett's window of n^{1/3} instants
-//! gain that counts: D min(1, 2 D / V)
+//! gain that counts: D min(1, 2 D / V)       the ratio over settled instants
 //! ```
 //!
 //! If a is right the c are martingale differences and V ≈ Σ mᵀ S_b⁻¹ m ≤ 2 D (the likelihood ratio
 //! of two normal models has twice its mean for variance). A brief effect gains in few instants,
 //! which is no sign of noise that remembers: its mean is no part of c. The expected squares of ν_a,
-//! `tr S_b⁻¹ S_a`, are no such sign either: behind a wide start S_a is the width that was given to
-//! an unknown state, not what the readings did, and of several readings of one state it is seen at
-//! the width of their noise.
+//! `tr S_b⁻¹ S_a`, are no such sign either: of several readings of one state they are seen at the
+//! width of their noise. Nor is the start of states that a has and b has not: until a has found
+//! them, what it says too much goes one way for some instants; settled instants lie behind that.
 
 use identification::filter::{Linear, NoiseModel, gains, whiten};
 use identification::fit::EstimationSession;
 use identification::held_out::BLOCK_S;
+
+/// What a start may still cost that counts as settled: one nat, within which two models are the
+/// same.
+const SETTLED_NATS: f64 = 1.0;
 
 /// Innovations of every instant, with their covariance's lower factor L (row by row), under one
 /// model.
@@ -31,12 +35,15 @@ pub(super) struct Instants {
     factor: Vec<f64>,
     /// Readings of each.
     count: Vec<usize>,
+    /// Numbers of state of the model.
+    states: usize,
 }
 
 impl Instants {
     /// Of linear models of all runs under `noise`; `None` where a covariance is not positive.
     pub(super) fn new(session: &EstimationSession<'_>, linears: &[Linear], noise: &NoiseModel) -> Option<Self> {
-        let mut all = Self::default();
+        let states = linears.first().map_or(0, |linear| linear.layout.tangent);
+        let mut all = Self { states, ..Self::default() };
         let mut origin = 0.0;
         for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
             let found = gains(linear, timeline, noise)?;
@@ -74,25 +81,45 @@ impl Instants {
         if whole < 0.0 {
             return other.tempered(self).map(|gain| -gain);
         }
-        let variance = long_run_variance(&self.crossed(other));
-        let share = if variance > 0.0 { (2.0 * whole / variance).min(1.0) } else { 1.0 };
+        let settled = self.beside(other);
+        let gain: f64 = settled.iter().map(|(gain, _)| gain).sum();
+        let crossed: Vec<f64> = settled.iter().map(|(_, crossed)| *crossed).collect();
+        let variance = long_run_variance(&crossed);
+        let share = if variance > 0.0 && gain > 0.0 { (2.0 * gain / variance).min(1.0) } else { 1.0 };
         [whole, whole * share]
     }
 
-    /// c of every instant, this model being a.
-    fn crossed(&self, other: &Self) -> Vec<f64> {
+    /// δ and c of every settled instant, this model being a.
+    fn beside(&self, other: &Self) -> Vec<(f64, f64)> {
         let (mut sample, mut place) = (0, 0);
-        let instant = |n: &usize| {
-            let n = *n;
-            let theirs = &other.factor[place..place + n * n];
+        let (mut list, mut wider) = (Vec::with_capacity(self.count.len()), Vec::with_capacity(self.count.len()));
+        for (k, n) in self.count.iter().copied().enumerate() {
+            let [ours, theirs] = [&self.factor, &other.factor].map(|factor| &factor[place..place + n * n]);
+            let width = |factor: &[f64]| (0..n).map(|i| libm::log(factor[i * n + i])).sum::<f64>();
             let own = &self.nu[sample..sample + n];
             let m = other.nu[sample..sample + n].iter().zip(own).map(|(other, own)| other - own).collect();
             let (own, m) = (solved(theirs, own.to_vec()), solved(theirs, m));
+            let crossed = own.iter().zip(&m).map(|(own, m)| own * m).sum();
+            list.push((self.log_likelihood[k] - other.log_likelihood[k], crossed));
+            wider.push(width(ours) - width(theirs));
             (sample, place) = (sample + n, place + n * n);
-            own.iter().zip(&m).map(|(own, m)| own * m).sum()
-        };
-        self.count.iter().map(instant).collect()
+        }
+        if self.states > other.states { list.split_off(settled_from(&wider)) } else { list }
     }
+}
+
+/// The instant from which on a model has found its states, which is wider than another by so many
+/// nats at each: what it still pays for not knowing them, beyond what it always pays, is below
+/// [`SETTLED_NATS`].
+fn settled_from(wider: &[f64]) -> usize {
+    let half = wider.len() / 2;
+    let usual = wider[half..].iter().sum::<f64>() / (wider.len() - half).max(1) as f64;
+    let mut paid = 0.0;
+    let last_unknown = (0..half).rev().find(|k| {
+        paid = (paid + wider[*k] - usual.max(0.0)).max(0.0);
+        paid > SETTLED_NATS
+    });
+    last_unknown.map_or(0, |k| k + 1)
 }
 
 /// `L⁻¹ x`, L lower, row by row.
@@ -125,6 +152,21 @@ mod tests {
         let mut all = Instants::default();
         nu.for_each(|nu| all.push(0.0, &[nu], &[1.0]));
         all
+    }
+
+    #[test]
+    fn a_start_is_over_where_what_it_costs_is_below_a_nat() {
+        let start = |k: usize| 2.0 * libm::exp(-(k as f64) / 10.0);
+        let settled =
+            |steady: &dyn Fn(usize) -> f64| settled_from(&(0..400).map(|k| start(k) + steady(k)).collect::<Vec<_>>());
+        // of an exponential ten times the height is left: below one nat behind ln(20) decays
+        for from in [settled(&|_| 0.0), settled(&|_| 0.1)] {
+            assert!((29..=31).contains(&from), "{from}");
+        }
+        assert!((25..=35).contains(&settled(&|k| if k % 2 == 0 { 0.2 } else { -0.2 })));
+        // a model of less noise is never the wider one
+        assert_eq!(settled(&|_| -3.0), 0);
+        assert_eq!(settled(&|k| -0.1 - 0.1 * f64::from(k > 200)), settled(&|_| -0.1));
     }
 
     /// Mean share of its gain that a law keeps: `shift(k)` is what it explains of noise of pole
