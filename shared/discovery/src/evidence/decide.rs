@@ -75,6 +75,11 @@ pub(super) enum Class {
     Timing,
 }
 
+/// Classes that are something the plant lacks.
+const FINDINGS: [Class; 2] = [Class::Physics, Class::Sensor];
+/// Classes that are any way of being wrong.
+const ALL: [Class; 5] = [Class::Physics, Class::Sensor, Class::Noise, Class::Conflict, Class::Timing];
+
 /// A model as the decision sees it: its members (class and place in the list of all names), and
 /// its posterior weight.
 pub(super) struct Weighted {
@@ -108,9 +113,14 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
         models.iter().filter(|model| model.members.iter().any(|(_, own)| *own == name)).map(|model| model.weight).sum()
     };
     let inclusion: Vec<f64> = (0..names).map(of).collect();
-    let found = weight(&[Class::Physics, Class::Sensor]);
+    let found = weight(&FINDINGS);
     let is_found = found >= LEVEL;
-    let allowed = |model: &&(usize, &Weighted)| holds(model.1, &[Class::Physics, Class::Sensor]) == is_found;
+    // what is wrong beyond doubt leads, even where it is open which kind it is
+    let is_wrong = !is_found && weight(&ALL) >= LEVEL;
+    let allowed = |model: &&(usize, &Weighted)| match is_wrong {
+        true => holds(model.1, &ALL),
+        false => holds(model.1, &FINDINGS) == is_found,
+    };
     let candidates: Vec<(usize, &Weighted)> = models.iter().enumerate().filter(|entry| allowed(&entry)).collect();
     let whole = |class: usize| -> f64 {
         candidates.iter().filter(|(_, model)| model.class == class).map(|(_, model)| model.weight).sum()
@@ -121,6 +131,7 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let equal = own.filter(|(_, model)| model.weight >= EQUAL * most);
     let leader = equal.min_by_key(|(place, model)| (model.rank, *place)).map_or(0, |(place, _)| *place);
     let members = models.get(leader).map_or(&[][..], |model| &model.members);
+    let leads = |classes: &[Class]| members.iter().any(|(class, _)| classes.contains(class));
     let verdict = if is_found {
         found_verdict(members, &inclusion)
     } else if weight(&[Class::Timing]) >= LEVEL {
@@ -129,8 +140,19 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
         Verdict::ParameterConflict
     } else if weight(&[Class::Noise, Class::Conflict, Class::Timing]) >= LEVEL || noise_is_off {
         Verdict::NoiseModel
-    } else {
+    } else if !is_wrong {
         Verdict::None
+    } else if leads(&FINDINGS) {
+        match weight(&[Class::Physics, Class::Sensor, Class::Conflict]) >= LEVEL {
+            true => Verdict::NotSeparable,
+            false => Verdict::CannotDecide,
+        }
+    } else if leads(&[Class::Conflict]) {
+        Verdict::ParameterConflict
+    } else if leads(&[Class::Timing]) {
+        Verdict::InputTiming
+    } else {
+        Verdict::NoiseModel
     };
     Decision { verdict, leader, inclusion, found }
 }
@@ -177,6 +199,21 @@ mod tests {
         assert_eq!(decide(&rivals, 2, false).verdict, Verdict::NotSeparable);
         let sets = [model(&[(Class::Physics, 0)], 0.6), model(&[(Class::Physics, 0), (Class::Noise, 1)], 0.4)];
         assert_eq!(decide(&sets, 2, false).verdict, Verdict::Named);
+    }
+
+    #[test]
+    fn what_is_wrong_beyond_doubt_is_never_none_where_its_kind_is_open() {
+        let shared = |a: Class, b: Class| {
+            let models = [model(&[], 0.01), model(&[(a, 0)], 0.6), model(&[(b, 1)], 0.39)];
+            let found = decide(&models, 2, false);
+            assert_eq!(found.leader, 1);
+            found.verdict
+        };
+        assert_eq!(shared(Class::Conflict, Class::Physics), Verdict::ParameterConflict);
+        assert_eq!(shared(Class::Physics, Class::Conflict), Verdict::NotSeparable);
+        assert_eq!(shared(Class::Physics, Class::Noise), Verdict::CannotDecide);
+        assert_eq!(shared(Class::Noise, Class::Physics), Verdict::NoiseModel);
+        assert_eq!(shared(Class::Timing, Class::Physics), Verdict::InputTiming);
     }
 
     #[test]
