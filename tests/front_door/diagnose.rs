@@ -226,8 +226,8 @@ fn evidence_over_frequency_is_an_answer_and_no_time_record() {
     folder
         .ask(&["diagnose", "sound.csv", "--plant", "pendulum", "--held-out", "frf.csv"])
         .refuses(&["--held-out frf.csv", "spectrum"]);
-    folder.ask(&["diagnose", "frf.csv", "--plant", "pendulum", "--repeat", "sound.csv"]).refuses(&[
-        "--repeat",
+    folder.ask(&["diagnose", "frf.csv", "--plant", "pendulum", "--held-out", "sound.csv"]).refuses(&[
+        "--held-out",
         "a spectrum",
         "leave",
     ]);
@@ -318,7 +318,7 @@ fn modes_that_drift_are_evidence_in_the_list_that_modal_prints_and_those_that_do
         .refuses(&["cubic.json", "on its own"]);
     for flag in ["--held-out", "--repeat"] {
         folder.ask(&["diagnose", "cubic.json", "--plant", "hub_appendage", flag, "panel.csv"]).refuses(&[
-            flag,
+            "--held-out",
             "a list of modes",
             "leave",
         ]);

@@ -37,7 +37,7 @@ fn an_interrupted_diagnosis_prints_what_is_known_as_one_object_with_no_other_eff
     swing(&folder);
     let whole = folder.ask(&["diagnose", "a.csv", "--plant", "pendulum", "--json"]).result();
     assert!(whole["interrupted"] == false && whole["effort"] == "normal", "{whole}");
-    for phase in ["look at the labels", "fit the nominal plant", "compare sets of effects"] {
+    for phase in ["look at the labels", "fit the nominal plant", "compare sets of hypotheses"] {
         let (told, code) = interrupted(&folder, phase, &["--json"]);
         assert_eq!(code, Some(130), "{phase}: {told}");
         let result: Value = serde_json::from_str(&told).unwrap();

@@ -4,7 +4,6 @@ mod example;
 mod seed;
 
 use crate::Failure;
-use crate::engine::EngineWord;
 use crate::progress::Share;
 use ::challenge::campaign::{Draws, Watch, campaign};
 use ::challenge::case::{Class, Sealed, digest};
@@ -44,10 +43,6 @@ pub struct Arguments {
     /// Cases at a time
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
-    /// How the cases are decided: by one comparison in nats, or by tests one after another, as
-    /// before
-    #[arg(long, value_enum, default_value_t)]
-    engine: EngineWord,
     /// Write every case to this file: sealed digests first, everything at the end
     #[arg(long, value_name = "FILE.json")]
     list: Option<PathBuf>,
@@ -77,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let opened = campaign(
         arguments.cases,
         (seed, if arguments.controls { Draws::Controls } else { Draws::Blind }),
-        (usize::from(arguments.threads), arguments.engine.into()),
+        usize::from(arguments.threads),
         &mut Watch {
             progress: &progress,
             seconds: &|| start.elapsed().as_secs_f64(),

@@ -21,8 +21,6 @@ mod words;
 
 use crate::beside::{plant_of, required};
 use crate::effort::Effort;
-use crate::engine::EngineWord;
-
 use crate::intake::{self, IntakeArguments};
 use crate::phases::{Phases, Stage};
 use crate::recordings::{self, Evidence, Loaded};
@@ -30,8 +28,7 @@ use crate::{Failure, interrupt, plants};
 use channels::Recording;
 use discovery::against_plant::examine_beside;
 use discovery::diagnose::{Diagnosis, Options, Phase};
-use discovery::engine::Engine;
-use discovery::evidence::labels::diagnose_beside_labels;
+use discovery::evidence::{self, labels::diagnose_beside_labels};
 use discovery::mislabelled::Mislabelled;
 use discovery::planned_work;
 use dynamics::description::Plant;
@@ -71,13 +68,10 @@ pub struct Arguments {
     /// The plant file that is held against them, or the name of one that comes with the program
     #[arg(long, value_name = "FILE")]
     plant: Option<PathBuf>,
-    /// Another recording of the plant, predicted at the end with nothing fitted to it; may be
-    /// repeated
-    #[arg(long, value_name = "RECORDING[=PLANT]")]
+    /// Another recording of the plant, the same experiment once more or another one, predicted at
+    /// the end with nothing fitted to it; may be given several times
+    #[arg(long, visible_alias = "repeat", value_name = "RECORDING[=PLANT]")]
     held_out: Vec<PathBuf>,
-    /// The same experiment once more: what physics does repeats, what noise does not
-    #[arg(long, value_name = "RECORDING[=PLANT]")]
-    repeat: Option<PathBuf>,
     /// Write report.html, diagnosis.json, augmented.toml, next_experiment.toml to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -90,14 +84,9 @@ pub struct Arguments {
     /// Believe units, signs and names of all channels: none is suspected or corrected
     #[arg(long)]
     trust_labels: bool,
-    /// Percent of the signal below which what the plant misses in free run is not worth a law (by
-    /// evidence)
+    /// Percent of the signal below which what the plant misses in free run is not worth a law
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
     worth: f64,
-    /// How it is decided: by one comparison in nats, or by tests one after another, as before
-    /// [default: evidence; cascade with --repeat]
-    #[arg(long, value_enum)]
-    engine: Option<EngineWord>,
     /// One line on standard error for each phase, also where it is no terminal
     #[arg(long)]
     progress: bool,
@@ -115,7 +104,6 @@ struct Case {
     plant_digest: String,
     fitted: Vec<Loaded>,
     held_out: Vec<Loaded>,
-    repeat: Vec<Loaded>,
     /// Evidence over frequency, and the digest of its file.
     spectra: Vec<(Spectrum, String)>,
     /// Evidence that modes are: a list of them, or what the responses in `spectra` show.
@@ -145,7 +133,7 @@ impl Case {
 
     /// Those that are fitted first.
     fn time_records(&self) -> impl Iterator<Item = &Loaded> {
-        self.fitted.iter().chain(&self.held_out).chain(&self.repeat)
+        self.fitted.iter().chain(&self.held_out)
     }
 
     /// All time records as they are read.
@@ -154,13 +142,13 @@ impl Case {
     }
 
     fn put_back(&mut self, read: Vec<Recording>) {
-        let records = self.fitted.iter_mut().chain(&mut self.held_out).chain(&mut self.repeat);
+        let records = self.fitted.iter_mut().chain(&mut self.held_out);
         records.zip(read).for_each(|(one, read)| one.recording = read);
     }
 
     /// Puts what is mislabelled right, record by record.
     fn put_right(&mut self, labels: &[Option<Mislabelled>]) {
-        let records = self.fitted.iter_mut().chain(&mut self.held_out).chain(&mut self.repeat);
+        let records = self.fitted.iter_mut().chain(&mut self.held_out);
         for (one, label) in records.zip(labels) {
             label.iter().for_each(|label| one.recording = label.cured(&one.recording));
         }
@@ -196,7 +184,7 @@ impl Offered {
 /// result cannot be written, [`Failure::Interrupted`] once what is known so far was printed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut arguments = arguments.clone();
-    let files = arguments.recordings.iter_mut().chain(&mut arguments.held_out).chain(&mut arguments.repeat);
+    let files = arguments.recordings.iter_mut().chain(&mut arguments.held_out);
     let arguments = &Arguments { plant: plant_of(files, arguments.plant.as_deref())?, ..arguments };
     if arguments.intake.list {
         let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
@@ -262,8 +250,8 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     Ok(Diagnosed { case, findings, diagnosis, interrupted, labels, offered })
 }
 
-/// The diagnosis of time records. Doubted labels are corrected first, or, by evidence, compared
-/// with the labels as they are; `case` and `doubted` then have those that the diagnosis has.
+/// The diagnosis of time records. Doubted labels are compared with the labels as they are; `case`
+/// and `doubted` then have those that the diagnosis has.
 fn decided(
     case: &mut Case,
     doubted: &mut Labels,
@@ -271,27 +259,19 @@ fn decided(
     (problem, options, limited): (&Problem, Options, &dyn Fn(Options) -> Options),
     progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<Diagnosis, Failure> {
-    // evidence takes no repeat
-    let usual = if arguments.repeat.is_some() { EngineWord::Cascade } else { EngineWord::default() };
-    let engine = Engine::from(arguments.engine.unwrap_or(usual));
     let own = limited(options);
     if !doubted.labels.iter().any(Option::is_some) {
-        return Ok(engine.diagnose(problem, &own, progress));
+        return Ok(evidence::diagnose(problem, &own, progress));
     }
     let (read, plant) = (case.readings(), case.plant.clone());
     let rival = doubted.as_rival(case);
     case.put_right(&doubted.labels);
-    if engine == Engine::Evidence {
-        case.plant = rival.plant;
-    }
+    case.plant = rival.plant;
     let (corrected, options) = problems(case, arguments)?;
     case.plant = plant;
     let (Some(corrected), other) = (corrected, limited(options)) else {
         return Ok(Diagnosis::cannot_decide("there is no recording".into()));
     };
-    if engine == Engine::Cascade {
-        return Ok(engine.diagnose(&corrected, &other, progress));
-    }
     let mistakes = (rival.mistakes, rival.log_jacobian);
     let (found, probability) = diagnose_beside_labels((problem, &own), (&corrected, &other), mistakes, progress);
     let labels = doubted.settled(probability);
@@ -333,9 +313,7 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     for path in &arguments.held_out {
         held_out.extend(time_only(path, "--held-out")?);
     }
-    let repeat = arguments.repeat.as_deref().map(|path| time_only(path, "--repeat")).transpose()?.unwrap_or_default();
     used_twice(&fitted, &held_out, "--held-out", "data that were fitted confirm nothing: give another recording")?;
-    used_twice(&fitted, &repeat, "--repeat", "give the same experiment flown once more, not the same file")?;
     let plant_file = file.display().to_string();
     Ok(Case {
         plant,
@@ -343,7 +321,6 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
         plant_digest,
         fitted,
         held_out,
-        repeat,
         spectra,
         modes,
         command: again(arguments),
@@ -394,7 +371,6 @@ fn unused(arguments: &Arguments, modes: bool, spectrum: bool) -> Result<(), Fail
     };
     let given = [
         ("--held-out", !arguments.held_out.is_empty()),
-        ("--repeat", arguments.repeat.is_some()),
         ("--map", modes && arguments.intake.map.is_some()),
         ("--channel", modes && !arguments.intake.channel.is_empty()),
     ];
@@ -432,19 +408,6 @@ fn problems(case: &Case, arguments: &Arguments) -> Result<(Option<Problem>, Opti
     if !case.held_out.is_empty() {
         options.held_out = Some(problem(case, &case.held_out, "--held-out ")?);
     }
-    if !case.repeat.is_empty() {
-        let repeat = problem(case, &case.repeat, "--repeat ")?;
-        if repeat.recordings.len() != fitted.recordings.len() {
-            return Err(Failure::Input(miette::miette!(
-                help = "--repeat takes the same experiment once more: as many recordings, one after another, as were fitted",
-                "--repeat {}: {} recording(s) against {} that are fitted",
-                case.repeat[0].file,
-                repeat.recordings.len(),
-                fitted.recordings.len()
-            )));
-        }
-        options.repeat = Some(repeat);
-    }
     Ok((Some(fitted), options))
 }
 
@@ -479,8 +442,7 @@ fn readings(loaded: &Loaded) -> f64 {
 
 /// Every file that is read.
 fn inputs(arguments: &Arguments) -> Vec<&Path> {
-    let files =
-        arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.repeat).chain(&arguments.intake.map);
+    let files = arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.intake.map);
     files.chain(&arguments.plant).map(PathBuf::as_path).collect()
 }
 
@@ -491,7 +453,6 @@ fn again(arguments: &Arguments) -> String {
     let one = |flag: &str, path: &Path| [flag.to_owned(), path.display().to_string()];
     arguments.plant.iter().for_each(|path| words.extend(one("--plant", path)));
     arguments.held_out.iter().for_each(|path| words.extend(one("--held-out", path)));
-    arguments.repeat.iter().for_each(|path| words.extend(one("--repeat", path)));
     words.extend(arguments.intake.words());
     arguments.out.iter().for_each(|path| words.extend(one("--out", path)));
     if arguments.effort != Effort::default() {
@@ -502,9 +463,6 @@ fn again(arguments: &Arguments) -> String {
     }
     if arguments.worth != 0.0 {
         words.extend(["--worth".to_owned(), arguments.worth.to_string()]);
-    }
-    if let Some(engine) = arguments.engine {
-        words.extend(["--engine".to_owned(), engine.name().to_owned()]);
     }
     recordings::command_line(&words)
 }

@@ -40,7 +40,6 @@ mod doctor;
 mod drill;
 mod effects;
 mod effort;
-mod engine;
 mod events;
 mod feed_counts;
 mod flight;

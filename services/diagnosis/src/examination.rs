@@ -5,7 +5,7 @@ use craft::missing::Missing;
 use craft::pace::WORK_MAX;
 use craft::parameters::Parameters;
 use discovery::diagnose::{Diagnosis, EffectReport, Options, Verdict};
-use discovery::engine::Engine;
+use discovery::evidence::diagnose;
 use dynamics::description::Plant;
 use identification::held_out::Status;
 use identification::joint::JointUnknown;
@@ -39,7 +39,7 @@ pub fn examined(
     };
     let found = problem.map_or_else(
         || Diagnosis::cannot_decide("the rows were not kept".into()),
-        |problem| Engine::default().diagnose(&problem, &options, &mut |_, _| {}),
+        |problem| diagnose(&problem, &options, &mut |_, _| {}),
     );
     let after = |(k, unknown): (usize, &JointUnknown)| {
         let own = found.nominal.iter().find(|own| own.name == unknown.name).map(|own| own.after);

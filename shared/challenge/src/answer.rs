@@ -3,7 +3,7 @@
 use crate::case::Exam;
 use channels::Recording;
 use discovery::diagnose::{Diagnosis, Options, Verdict};
-use discovery::engine::Engine;
+use discovery::evidence::diagnose;
 use dynamics::description::Plant;
 use identification::problem::Problem;
 use serde::Serialize;
@@ -109,13 +109,13 @@ fn problem(plant: &Plant, recording: &Recording) -> Result<Problem, String> {
     Problem::new(plant, std::slice::from_ref(recording), &[]).map_err(|error| error.to_string())
 }
 
-/// Diagnoses an exam by `engine`. The tool receives only the plant and the recordings.
+/// Diagnoses an exam. The tool receives only the plant and the recordings.
 #[must_use]
-pub fn ask(exam: &Exam, engine: Engine) -> Answer {
+pub fn ask(exam: &Exam) -> Answer {
     let diagnosed = || -> Result<Diagnosis, String> {
         let held_out = exam.held_out.as_ref().map(|(plant, recording)| problem(plant, recording)).transpose()?;
         let options = Options { without: exam.without.clone(), held_out, threads: 1, ..Options::default() };
-        Ok(engine.diagnose(&problem(&exam.plant, &exam.recording)?, &options, &mut |_, _| {}))
+        Ok(diagnose(&problem(&exam.plant, &exam.recording)?, &options, &mut |_, _| {}))
     };
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(diagnosed)) {
         Ok(Ok(diagnosis)) => Answer::of(&diagnosis),

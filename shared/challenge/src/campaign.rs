@@ -4,7 +4,6 @@
 use crate::answer::{Answer, ask};
 use crate::case::{Sealed, Truth, case, control, digest};
 use crate::score::Opened;
-use discovery::engine::Engine;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -26,14 +25,14 @@ pub enum Draws {
     Controls,
 }
 
-/// Carries out `cases` cases of `seed` on `threads` threads, decided by `engine`.
+/// Carries out `cases` cases of `seed` on `threads` threads.
 ///
 /// # Errors
 /// The digest of a truth differs from its digest before the diagnosis.
 pub fn campaign(
     cases: u64,
     (seed, draws): (u64, Draws),
-    (threads, engine): (usize, Engine),
+    threads: usize,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<Opened>, String> {
     let n = cases as usize;
@@ -56,7 +55,7 @@ pub fn campaign(
         threads,
         &|i| {
             let start = seconds();
-            (ask(&sealed[i].exam, engine), timed(start))
+            (ask(&sealed[i].exam), timed(start))
         },
         &|done| progress("diagnosed", done, n),
     );

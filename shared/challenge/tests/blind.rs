@@ -3,7 +3,6 @@
 use challenge::campaign::{Draws, Watch, campaign};
 use challenge::case::Class;
 use challenge::score::{Opened, is_false_alarm, score};
-use discovery::engine::Engine;
 use std::sync::Mutex;
 
 const CASES: u64 = 10;
@@ -25,7 +24,7 @@ fn run(cases: u64, threads: usize) -> (Vec<Opened>, Vec<String>) {
         seconds: &|| 0.0,
         sealed: &mut |sealed| digests = sealed.iter().map(|sealed| sealed.digest.clone()).collect(),
     };
-    let opened = campaign(cases, (11, Draws::Blind), (threads, Engine::default()), &mut watch).unwrap();
+    let opened = campaign(cases, (11, Draws::Blind), threads, &mut watch).unwrap();
     assert_eq!(*told.lock().unwrap(), (cases as usize, cases as usize));
     (opened, digests)
 }

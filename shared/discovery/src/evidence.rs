@@ -18,7 +18,7 @@
 //! | `temper`, `predict`, `learned` | coloured innovations; held-out data in nats |
 //! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
 //! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
-//! | `alias`, `law` | models that are the same on a record; what no entry describes |
+//! | `alias`, `law`, `powers` | models that are the same on a record; what no entry describes |
 //! | `labels` | recordings as labelled against corrected ones |
 //! | `decide`, `answer` | every constant, the verdict; the diagnosis |
 //!
@@ -26,6 +26,7 @@
 
 mod alias;
 mod answer;
+mod augmented;
 mod decide;
 mod disturbed;
 mod exact;
@@ -38,8 +39,10 @@ mod learned;
 mod marginal;
 mod model;
 mod noise;
+mod onset;
 mod others;
 mod pool;
+mod powers;
 mod predict;
 mod propose;
 mod scale;
@@ -56,10 +59,15 @@ use identification::work::Work;
 use model::{Ground, Model, settled};
 use std::sync::Arc;
 
-/// Diagnoses `problem` by the evidence of sets of hypotheses; options and answer as those of
-/// [`crate::diagnose::diagnose`], a repeat counts as nothing.
+/// Diagnoses `problem`: which physics is unmodelled, by the evidence of sets of hypotheses.
+/// `progress` receives a phase and the share of the planned work that is done.
 ///
-/// Cost: that of [`crate::diagnose::diagnose`].
+/// A problem that cannot be decided (too few samples, a constant channel, a fit that fails) is a
+/// [`Diagnosis`] with the verdict `cannot_decide` and the reason, never an error. The same problem
+/// and options give the same answer on every machine and with any number of threads.
+///
+/// Cost: at most [`Options::work_max`], half as much more for what it then finishes, and one
+/// linearisation; where that does not pay for the whole recording, its beginning is diagnosed.
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
     within_limit(problem, options, &mut |problem, options, work| {
         even_stamps(problem, options, work, &mut |problem, options| run(problem, options, work, progress))
@@ -74,7 +82,7 @@ fn run(
 ) -> Result<Diagnosis, String> {
     let mut session =
         EstimationSession::counted(problem, options.threads, work.clone()).map_err(|error| error.to_string())?;
-    let mut outline = Outline::new(&session, options.held_out.is_some(), progress);
+    let mut outline = Outline::new(&session, progress);
     outline.begin(Phase::Fit);
     if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
@@ -88,13 +96,10 @@ fn run(
     outline.begin(Phase::UnknownLaw);
     let own = session.in_parts(pool.parts).map_err(|error| error.to_string())?;
     let goes_on = session.work.goes_on(Phase::UnknownLaw.words());
-    let law = if goes_on { law::missing(Ground { session: &own }, &pool) } else { None };
+    let law = if goes_on { law::missing(Ground { session: &own }, &pool, &options.without) } else { None };
     let mut notes = problem.notes.clone();
     if pool.parts > 1 {
         notes.push(format!("steps of integration were taken in {} parts until evidence stood", pool.parts));
-    }
-    if options.repeat.is_some() {
-        notes.push("the repeat was not used".to_owned());
     }
     notes.extend(session.work.note());
     outline.begin(Phase::Report);
@@ -106,5 +111,7 @@ fn bare(session: &EstimationSession<'_>, stated: &Fit) -> Option<Model> {
     settled(Ground { session }, &[], session.problem.clone(), (session.prior(), &stated.theta), &session.noise)
 }
 
+#[cfg(test)]
+mod cases;
 #[cfg(test)]
 mod tests;

@@ -1,23 +1,22 @@
 //! Which physics a plant does not model: hypotheses, screening, decision, prediction, next
 //! experiment.
 //!
-//! What it is: every effect of the catalogue scored at every site (`score`), sets of effects
-//! compared by likelihood (`compete`), the decision as one comparison in nats (`evidence`), by
-//! tests one after another, as before (`diagnose`; `engine` chooses), from modes instead of time
-//! series (`features`), laws outside the catalogue (`unknown_law`), an omnibus test of the
-//! residuals (`omnibus`), wrong channel metadata
+//! What it is: every effect of the catalogue scored at every site (`score`), the decision as one
+//! comparison of sets of hypotheses in nats (`evidence`), what is asked of it and answered
+//! (`diagnose`), the same from modes instead of time series (`features`), laws outside the catalogue
+//! (`unknown_law`), an omnibus test of the residuals (`omnibus`), wrong channel metadata
 //! (`mislabelled`, `against_plant`), the experiment that separates two effects (`next_experiment`).
 //!
 //! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `dynamics`,
-//! `plant_file`, `estimation`. Inside, `score` ← `compete` ← `unknown_law` ← `diagnose` ←
-//! `features`, and `compete` ← `evidence`, which takes options and report of `diagnose`, never the
-//! other way; `omnibus` and `mislabelled` import none of these.
+//! `plant_file`, `estimation`. Inside, `score` ← `unknown_law` ← `diagnose` ← `evidence`, and
+//! `diagnose` ← `features`; `omnibus` and `mislabelled` import none of these.
 //!
 //! Must never know: files, processes, clocks, the command line. Channels come in as numbers with
 //! names and SI units; findings go out as data.
 //!
 //! ```
-//! use discovery::diagnose::{Options, Verdict, diagnose};
+//! use discovery::diagnose::{Options, Verdict};
+//! use discovery::evidence::diagnose;
 //! use identification::problem::Problem;
 //! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
 //! # let text = std::fs::read_to_string(file).unwrap();
@@ -27,8 +26,7 @@
 //! truth.add_effect("joint_coulomb", &"joint:pivot".parse().unwrap(), &[("force", 0.05)]).unwrap();
 //! let recording = simulation::record(&truth, 5, 2.0, &mut |_| {}).unwrap();
 //! let problem = Problem::new(&plant, &[recording], &[]).unwrap();
-//! let options = Options { terms_max: 1, ..Options::default() };
-//! let found = diagnose(&problem, &options, &mut |_, _| {});
+//! let found = diagnose(&problem, &Options::default(), &mut |_, _| {});
 //! assert_ne!(found.verdict, Verdict::None); // something is missing
 //! println!("{:?}: {}", found.verdict, found.reason);
 //! ```
@@ -36,9 +34,7 @@
 #![forbid(unsafe_code)]
 
 pub mod against_plant;
-pub mod compete;
 pub mod diagnose;
-pub mod engine;
 pub mod evidence;
 pub mod features;
 pub mod mislabelled;
@@ -53,6 +49,8 @@ pub use outline::planned as planned_work;
 #[cfg(test)]
 #[path = "../../identification/src/noise.rs"]
 mod noise;
+#[cfg(test)]
+mod noisier;
 #[cfg(test)]
 #[path = "../../identification/src/synthetic.rs"]
 mod synthetic;

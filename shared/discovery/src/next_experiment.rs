@@ -37,8 +37,6 @@ pub struct Experiment {
 pub const SEPARATES: f64 = 3.0;
 /// Bound of the control periods of a simulated entry.
 const PERIODS_MAX: f64 = 20_000.0;
-/// Profiles of one input.
-const PROFILES: usize = 5;
 /// Scales of references and of initial states.
 const SCALES: [f64; 2] = [0.3, 2.0];
 
@@ -71,12 +69,6 @@ pub fn menu(question: &Question<'_>, threads: usize, work: &Work) -> Vec<Experim
         .collect();
     list.sort_by(|a, b| b.d.total_cmp(&a.d));
     list
-}
-
-/// About how many entries the menu of a plant has.
-pub(crate) fn entries(plant: &Plant) -> usize {
-    let free = plant.actuators.iter().filter(|actuator| !actuator.kind.is_imposed());
-    1 + PROFILES * free.count() + SCALES.len()
 }
 
 fn flyable(question: &Question<'_>, duration_s: f64) -> Vec<(String, Plant)> {

@@ -9,9 +9,7 @@
 //! T = gᵀ M⁻¹ g,   g = c'ᵀ r,   M = c'ᵀ c',   κ = 1 − |c'|²/|c|²,   amplitude for d: d / |c'|
 //! ```
 //!
-//! T is χ² when the noise is as assumed: it screens and ranks. The robust form takes the variance
-//! of the products `c'_k r_k` from their own sums over lags (Bartlett); it can only veto. Its
-//! ceiling is √(n_eff / L): a brief effect cannot pass it, whatever its size.
+//! T is χ² when the noise is as assumed: it screens and ranks.
 
 pub mod candidates;
 mod columns;
@@ -22,7 +20,6 @@ mod lines;
 mod noise_free;
 mod orders;
 pub mod refine;
-pub(crate) mod robust;
 mod thin;
 
 pub use candidates::{Candidate, candidates};
@@ -32,7 +29,6 @@ pub use instants::{Instants, instants};
 pub use lines::{Lines, lines};
 pub use noise_free::noise_free;
 pub use orders::{Orders, orders};
-pub use robust::Robust;
 pub(crate) use thin::thin;
 
 use estimation::consistency::score_statistic;
@@ -57,7 +53,6 @@ pub struct Score {
     pub kappa: f64,
     /// Amplitude detectable at six standard errors (in the weakest single direction).
     pub limit: f64,
-    pub robust: Robust,
     /// Whitened and projected, one per direction.
     pub projected: Vec<Vec<f64>>,
 }
@@ -92,7 +87,6 @@ pub struct Scorer<'e, 'p> {
     linearised: &'e LinearisedProblem,
     gains: Vec<Gains>,
     projector: Projector,
-    events: Vec<usize>,
 }
 
 impl<'e, 'p> Scorer<'e, 'p> {
@@ -106,7 +100,7 @@ impl<'e, 'p> Scorer<'e, 'p> {
         let (gains, mut all) = linearised.white(session, noise)?;
         let r = all.remove(0);
         let projector = Projector::new(session, theta, r, all)?;
-        Some(Self { session, linearised, gains, projector, events: event_of_sample(session) })
+        Some(Self { session, linearised, gains, projector })
     }
 
     /// `None` for columns that are collinear with the unknowns.
@@ -117,7 +111,7 @@ impl<'e, 'p> Scorer<'e, 'p> {
         let own = |(index, column): (usize, &Column)| {
             let (raw, behind) = rest.split_at(column.raw.len());
             rest = behind;
-            score(index, column, raw, &self.projector, &self.events)
+            score(index, column, raw, &self.projector)
         };
         columns.iter().enumerate().map(own).collect()
     }
@@ -175,7 +169,7 @@ fn subtract(from: &mut [f64], columns: &[Vec<f64>], by: &DVector<f64>) {
     }
 }
 
-fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector, events: &[usize]) -> Option<Score> {
+fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector) -> Option<Score> {
     let (projected, taken): (Vec<Vec<f64>>, Vec<DVector<f64>>) = raw.iter().map(|c| projector.project(c)).unzip();
     let k = raw.len();
     // inner product with the prior's rows: a direction that a prior forbids is not absorbed
@@ -193,7 +187,6 @@ fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector,
     let wrong_sign = one_sided && solved[0] < 0.0;
     let p = if wrong_sign { 1.0 } else { chi_bar_squared_tail(statistic, k, one_sided) };
     let weakest = (0..k).map(|i| matrix[(i, i)]).fold(f64::INFINITY, f64::min);
-    let along: Vec<f64> = (0..projected[0].len()).map(|s| (0..k).map(|i| solved[i] * projected[i][s]).sum()).collect();
     Some(Score {
         column: index,
         statistic: if wrong_sign { 0.0 } else { statistic },
@@ -202,7 +195,6 @@ fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector,
         amplitude: solved,
         kappa: (1.0 - left / whole).max(0.0),
         limit: LIMIT_D / weakest.sqrt(),
-        robust: robust::robust(&along, &projector.residual, events),
         projected,
     })
 }

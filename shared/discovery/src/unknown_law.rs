@@ -10,15 +10,16 @@
 //! it was not fitted to. Columns come from the forcing of the linear model: a force acts at a noise
 //! input, an error at the reading of its channel.
 
+mod noise_hypotheses;
 mod places;
-mod plain;
+mod powers;
 mod ridge;
 
+pub(crate) use noise_hypotheses::NoiseHypothesis;
 pub use places::{Acts, Coordinate, Place};
-pub use plain::{Plain, PlainLawReport, plain};
+pub(crate) use powers::{Power, powers};
 pub use ridge::Cell;
 
-use crate::compete::subsets::{NoiseHypothesis, noise_hypotheses};
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
 use dynamics::description::Plant;
@@ -27,6 +28,7 @@ use identification::filter::{Linear, NoiseModel, Propagator};
 use identification::fit::{EstimationSession, LinearisedProblem, White};
 use identification::held_out::{BLOCK_S, Gain, block_s, blocks};
 use nalgebra::Cholesky;
+use noise_hypotheses::noise_hypotheses;
 use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
 use ridge::Ridge;
 
@@ -48,8 +50,8 @@ pub struct UnknownLaw {
     pub tried: usize,
     /// Gain on parts of the recording that the weights were not fitted to.
     pub held_out: Gain,
-    /// The formula, where it is a one-parameter law.
-    pub plain: Option<PlainLawReport>,
+    /// Of a law of one parameter.
+    pub formula: Option<String>,
 }
 
 /// The best map so far.
@@ -107,7 +109,7 @@ pub fn best(
     let weights = Weights { columns: &columns, precision: ridge.precision, is_of_time: place.is_of_time() };
     let held_out = predicted(session, (linearised, theta), &noise, &weights)?;
     let names = place.names(&linearised.linears[0]);
-    Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out, plain: None })
+    Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out, formula: None })
 }
 
 /// The map of one place on the hypothesis where it has most evidence; `None` where nothing varies.

@@ -1,15 +1,13 @@
 //! Parameters and noise of one plant, estimated on all recordings at once by prediction errors.
 //!
 //! Levenberg–Marquardt on whitened innovations with frozen gains, priors as further residuals;
-//! gains are computed again at each relinearisation. Noise is estimated apart, on the linear model
-//! ([`noise`]): sizes and poles that maximise `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the
-//! parameters being maximised along.
+//! gains are computed again at each relinearisation. Who estimates the noise, too, does so apart, on
+//! the linear model.
 
 pub mod bounded;
 mod continuation;
 pub mod estimation_session;
 pub mod linearised_problem;
-pub mod noise;
 mod normal;
 mod parallel;
 mod white;

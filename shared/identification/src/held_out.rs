@@ -11,12 +11,6 @@
 //! g(t) = t + κ t²/3 + κ² t³/27 + κ/6 = ((1 + κ t/3)³ − 1)/κ + κ/6   is Student's where t is not
 //! ```
 //!
-//! An effect is also rejected if its gain falls significantly short of the gain that it predicts:
-//! the augmented plant expects `½ |δ|²`, `δ` the whitened difference between what both predict. Of
-//! numbers known to `P`, by which its prediction moves as `J`, that is uncertain to
-//! `√(δᵀ J P Jᵀ δ)` (an amplitude known to one part in d: to `2/d` of it): where the interval does
-//! not reach what three of these leave, and nothing is confirmed, the law does not hold there.
-//!
 //! What two or three blocks hold against the others' word is no skewness but chance: Hall's
 //! interval takes the place of Student's only where the blocks agree with their sum:
 //! `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
@@ -48,38 +42,8 @@ pub fn gain(
     before: Predictor<'_>,
     after: (&EstimationSession<'_>, Predictor<'_>),
 ) -> Option<Gain> {
-    let (a, white_before) = terms(session, before)?;
-    let (b, white_after) = terms(after.0, after.1)?;
-    let apart = white_before.iter().zip(&white_after).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-    let gain = blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(session));
-    Some(Gain { expected: 0.5 * apart, ..gain })
-}
-
-/// Standard deviation of what the augmented plant predicts, `moved` being that plant with its
-/// parameters off by each column of a root of their covariance: exact where predictions are linear
-/// in them. The parameters of one recording stay as they were fitted, so that it is rather too
-/// large.
-///
-/// Cost: a prediction for each.
-pub fn expected_gain_sigma(
-    (session, before): (&EstimationSession<'_>, Predictor<'_>),
-    (augmented, after): (&EstimationSession<'_>, Predictor<'_>),
-    moved: &[Plant],
-) -> Option<f64> {
-    let white = |session: &EstimationSession<'_>, predictor: Predictor<'_>| Some(terms(session, predictor)?.1);
-    let (before, own) = (white(session, before)?, white(augmented, after)?);
-    let mut variance = 0.0;
-    for plant in moved {
-        let off = white(augmented, Predictor { plant, ..after })?;
-        let along = before.iter().zip(&own).zip(&off).map(|((before, own), off)| (before - own) * (own - off));
-        variance += along.sum::<f64>().powi(2);
-    }
-    Some(variance.sqrt())
-}
-
-/// Log-likelihood of all runs under the predictor's own noise.
-pub fn loglik(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Option<f64> {
-    Some(terms(session, predictor)?.0.iter().map(|(_, term)| term).sum())
+    let (a, b) = (terms(session, before)?, terms(after.0, after.1)?);
+    Some(blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(session)))
 }
 
 /// Length of a block \[s\]: two seconds, a few samples at least, a thirtieth of the recorded time
@@ -91,10 +55,10 @@ pub fn block_s(session: &EstimationSession<'_>) -> f64 {
 /// Time over all runs and log-likelihood of every instant.
 pub type Terms = Vec<(f64, f64)>;
 
-/// Log-likelihood of every instant, and the whitened innovations.
-fn terms(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Option<(Terms, Vec<f64>)> {
+/// Log-likelihood of every instant.
+fn terms(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Option<Terms> {
     let linears = session.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
-    instants(session, &linears, predictor.noise)
+    Some(instants(session, &linears, predictor.noise)?.0)
 }
 
 /// Time over all runs \[s\] and log-likelihood of every instant of linear models under `noise`, and

@@ -56,17 +56,6 @@ pub fn coloured(plant: &Plant, seed: u64, duration_s: f64, pole: f64) -> Recordi
     recording
 }
 
-/// Sensor noise times `factor`.
-pub fn of_higher_variance(plant: &Plant, factor: f64) -> Plant {
-    let mut noisy = plant.clone();
-    for sensor in &mut noisy.sensors {
-        match &mut sensor.noise {
-            Noise::PerSample(q) | Noise::Density(q) => q.value *= factor,
-        }
-    }
-    noisy
-}
-
 /// Numbers with priors drawn from them (at most two standard deviations off, signs kept).
 pub fn off_priors(plant: &Plant, seed: u64) -> Plant {
     let mut moved = plant.clone();

@@ -34,7 +34,6 @@ pub fn object(diagnosed: &Diagnosed) -> Value {
         .map(|m| json!({ "file": m.file, "digest": m.digest, "modes": m.modes.len(), "tracks": m.tracks.len() }));
     object.insert("recordings".into(), all(&case.fitted).into_iter().chain(spectra).chain(modes).collect());
     object.insert("held_out_recordings".into(), all(&case.held_out).into());
-    object.insert("repeat_recordings".into(), all(&case.repeat).into());
     object.insert("answer".into(), json!(answer(diagnosed)));
     object.insert("command".into(), case.command.as_str().into());
     object.insert("effort".into(), case.effort.name().into());

@@ -38,7 +38,7 @@ pub fn page(diagnosed: &Diagnosed, texts: &Texts<'_>) -> Page {
             }
         }
     }
-    let loaded = case.fitted.iter().chain(&case.held_out).chain(&case.repeat);
+    let loaded = case.fitted.iter().chain(&case.held_out);
     let mut digests: Vec<(String, String)> = loaded.map(|l| (l.file.clone(), l.digest.clone())).collect();
     digests.extend(case.spectra.iter().map(|(spectrum, digest)| (spectrum.file.clone(), digest.clone())));
     digests.extend(case.modes.iter().map(|modes| (modes.file.clone(), modes.digest.clone())));
@@ -265,7 +265,7 @@ fn recordings(diagnosed: &Diagnosed) -> Vec<Block> {
     let case = &diagnosed.case;
     let line = |what: &str, l: &Loaded| format!("{what}{}: {}", l.recording.name, l.in_words());
     let mut lines: Vec<String> = Vec::new();
-    for (what, loaded) in [("", &case.fitted), ("held out: ", &case.held_out), ("repeat: ", &case.repeat)] {
+    for (what, loaded) in [("", &case.fitted), ("held out: ", &case.held_out)] {
         for one in loaded {
             lines.push(line(what, one));
             lines.extend(counted(&one.notes).iter().map(|note| format!("{}: {note}", one.recording.name)));

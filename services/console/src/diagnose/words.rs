@@ -24,7 +24,7 @@ pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     let mut text: String = answer(diagnosed).iter().map(|sentence| wrapped(sentence, "")).collect();
     text.push_str(&summary::in_words(diagnosed));
     text.push_str("\n--- details ---\n");
-    for (what, loaded) in [("", &case.fitted), ("held out  ", &case.held_out), ("repeat    ", &case.repeat)] {
+    for (what, loaded) in [("", &case.fitted), ("held out  ", &case.held_out)] {
         loaded.iter().for_each(|one| text.push_str(&recording(what, one)));
     }
     let counted = |severity| findings.iter().filter(|(_, finding)| finding.severity == severity).count();

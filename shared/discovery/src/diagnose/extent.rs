@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// adapted noise, of a leading set and of its rival, six each.
 const DIAGNOSIS_ROUNDS: f64 = 24.0;
 /// Relinearisations of the nominal fit; it ends earlier where it has converged.
-pub(crate) const NOMINAL_ROUNDS: usize = 6;
+const NOMINAL_ROUNDS: usize = 6;
 /// Share of the work left for it, which is a third of a limit at first.
 const NOMINAL_SHARE: f64 = 2.0 / 9.0;
 /// Why a nominal fit that has no room to end decides nothing.
@@ -49,20 +49,15 @@ fn paid_share(problem: &Problem, limit: f64) -> f64 {
 /// Problem and options with a share of every recording; `None` where that is all of each.
 fn cut(problem: &Problem, options: &Options, share: &dyn Fn(&Problem) -> f64) -> Option<(Problem, Options)> {
     let of = |own: &Problem, what: &str| beginning(own, share(own), what);
-    let other = |own: &Option<Problem>, what: &str| own.as_ref().and_then(|own| of(own, what));
     let fitted = of(problem, "the fitted recordings");
-    let held_out = other(&options.held_out, "the held-out recordings");
-    let repeat = other(&options.repeat, "the repeat");
-    if fitted.is_none() && held_out.is_none() && repeat.is_none() {
+    let held_out = options.held_out.as_ref().and_then(|own| of(own, "the held-out recordings"));
+    if fitted.is_none() && held_out.is_none() {
         return None;
     }
     let mut fitted = fitted.unwrap_or_else(|| problem.clone());
-    for own in [&held_out, &repeat].into_iter().flatten() {
-        fitted.notes.extend(own.notes.last().cloned());
-    }
+    fitted.notes.extend(held_out.iter().filter_map(|own| own.notes.last().cloned()));
     let held_out = held_out.or_else(|| options.held_out.clone());
-    let repeat = repeat.or_else(|| options.repeat.clone());
-    Some((fitted, Options { held_out, repeat, ..options.clone() }))
+    Some((fitted, Options { held_out, ..options.clone() }))
 }
 
 /// A diagnosis of a problem whose work is counted, or why there is none.

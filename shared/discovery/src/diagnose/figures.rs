@@ -1,46 +1,14 @@
 //! Data of the report's figures, thinned to what a figure resolves.
 
-use super::report::{Angles, EvidenceCurve, Figures, LawCell, LawMap, Overlay, Tile};
-use super::{Adopted, Screening};
-use crate::compete::FittedModel;
-use crate::score::cosine;
+use super::report::{EvidenceCurve, LawCell, LawMap, Overlay, Tile};
 use crate::unknown_law::{Acts, Cell, Coordinate, UnknownLaw};
 use core::f64::consts::TAU;
-use identification::filter::NoiseModel;
-use identification::fit::{EstimationSession, LinearisedProblem};
+use identification::fit::EstimationSession;
 use identification::held_out::{Predictor, free_residual};
 
 /// Windows of a recording, and points of a curve.
 const WINDOWS: usize = 16;
 const CURVE_POINTS_MAX: usize = 1500;
-/// Candidates whose angles are reported.
-const ANGLES_MAX: usize = 8;
-
-pub(super) fn figures(
-    session: &EstimationSession<'_>,
-    before: (&LinearisedProblem, &NoiseModel),
-    best: &FittedModel,
-    adopted: &[Adopted],
-    screening: &Screening,
-    map: Option<&UnknownLaw>,
-) -> Figures {
-    let whitened = |(linearised, noise): (&LinearisedProblem, &NoiseModel)| {
-        let mut r = [linearised.nu.clone()];
-        linearised.whiten(session, noise, &mut r).map(|_| core::mem::take(&mut r[0]))
-    };
-    let (Some(b), Some(a)) = (whitened(before), whitened((&best.fit.linearised, &best.noise))) else {
-        return Figures::default();
-    };
-    // evidence under one noise: a gain by noise of higher variance is not evidence
-    let fair = whitened((before.0, &best.noise)).unwrap_or_else(|| b.clone());
-    Figures {
-        tiles: tiles(session, &b, &a),
-        evidence: curve(session, (&fair, &a), &all_adopted(adopted)).into_iter().collect(),
-        law_maps: map.map(|map| state_map(session, map)).into_iter().collect(),
-        angles: angles(screening),
-        overlays: Vec::new(),
-    }
-}
 
 /// Power of windows and octaves of every channel's innovations, in standard errors from one.
 pub(crate) fn tiles(session: &EstimationSession<'_>, before: &[f64], after: &[f64]) -> Vec<Tile> {
@@ -92,12 +60,6 @@ fn octaves(x: &[f64]) -> Vec<f64> {
         first *= 2;
     }
     list
-}
-
-/// Kinds and sites of all adopted effects, each joined.
-fn all_adopted(adopted: &[Adopted]) -> [String; 2] {
-    let name = |of: &dyn Fn(&Adopted) -> String| adopted.iter().map(of).collect::<Vec<_>>().join(" + ");
-    [name(&|a| a.column.candidate.effect.kind.to_owned()), name(&|a| a.column.candidate.site.to_string())]
 }
 
 /// Gain in log-likelihood up to each instant, of effects of these kinds at these sites together:
@@ -165,22 +127,6 @@ pub(crate) fn state_map(session: &EstimationSession<'_>, map: &UnknownLaw) -> La
     };
     let cell = |c: &Cell| LawCell { x: c.at[0], y: c.at[1], value: c.value, sigma: c.sigma, law: f64::NAN };
     LawMap { quantity, unit: own.to_owned(), x: axis(0), y: axis(1), cells: map.cells.iter().map(cell).collect() }
-}
-
-/// Cosines among the candidates of largest score, one of each law.
-fn angles(screening: &Screening) -> Angles {
-    let mut order: Vec<usize> = (0..screening.scores.len()).collect();
-    order.sort_by(|a, b| screening.scores[*b].statistic.total_cmp(&screening.scores[*a].statistic));
-    let candidate = |i: usize| &screening.columns[screening.scores[i].column].candidate;
-    let mut chosen: Vec<usize> = Vec::new();
-    for i in order {
-        if chosen.len() < ANGLES_MAX && !chosen.iter().any(|c| candidate(*c).same_law(candidate(i))) {
-            chosen.push(i);
-        }
-    }
-    let name = |i: &usize| format!("{}@{}", candidate(*i).effect.kind, candidate(*i).site);
-    let row = |i: &usize| chosen.iter().map(|j| cosine(&screening.scores[*i], &screening.scores[*j])).collect();
-    Angles { names: chosen.iter().map(name).collect(), cosine: chosen.iter().map(row).collect() }
 }
 
 /// Free runs of both plants over the first run of held-out data.

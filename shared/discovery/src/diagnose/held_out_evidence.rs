@@ -2,18 +2,14 @@
 //! from the others.
 
 use super::report::{HeldOutKind, Overlay};
-use super::{Options, figures};
-use crate::compete::FittedModel;
+use super::{FittedModel, Options, figures};
 use crate::score::event_of_sample;
 use dynamics::description::{Plant, Quantity, Scope};
 use identification::filter::{NoiseModel, gains};
 use identification::fit::bounded::bounded;
 use identification::fit::{EstimationSession, Fit, LinearisedProblem, NOT_FOUND_RATIO, fit};
-use identification::held_out::{
-    BLOCK_S, ChannelFit, Gain, Predictor, Status, block_s, blocks, expected_gain_sigma, free_run, gain, loglik,
-};
+use identification::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain};
 use identification::problem::{Problem, Unknown};
-use nalgebra::{Cholesky, DMatrix};
 
 /// Folds of a recording, each predicted from the others, where no other recording is given. More
 /// folds leave less out of each fit; chosen, no derivation.
@@ -29,8 +25,6 @@ pub(crate) struct HeldOutEvidence {
     pub before: Vec<ChannelFit>,
     pub after: Vec<ChannelFit>,
     pub gain: Option<Gain>,
-    /// Log-likelihood of another recording under the augmented plant and its own noise.
-    pub loglik: Option<f64>,
     pub compare: Vec<ChannelFit>,
     pub overlays: Vec<Overlay>,
 }
@@ -48,7 +42,7 @@ pub(crate) fn held_out(
     let compare = free_run(session, nominal);
     let none = |compare| {
         let (before, after, overlays) = (Vec::new(), Vec::new(), Vec::new());
-        HeldOutEvidence { kind: HeldOutKind::None, before, after, gain: None, loglik: None, compare, overlays }
+        HeldOutEvidence { kind: HeldOutKind::None, before, after, gain: None, compare, overlays }
     };
     if nothing {
         return none(compare);
@@ -58,9 +52,9 @@ pub(crate) fn held_out(
         None => on_blocks(problem, session, stated, best, options),
     };
     match evidence {
-        Some((kind, before, after, gain, loglik, overlays)) => {
+        Some((kind, before, after, gain, overlays)) => {
             let gain = gain.map(|gain| gain.beside_free_runs(&before, &after));
-            HeldOutEvidence { kind, before, after, gain, loglik, compare, overlays }
+            HeldOutEvidence { kind, before, after, gain, compare, overlays }
         }
         None => none(compare),
     }
@@ -69,14 +63,13 @@ pub(crate) fn held_out(
 /// Time and log-likelihood of every instant.
 type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
-type HeldOutParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
+type HeldOutParts = (HeldOutKind, Free, Free, Option<Gain>, Vec<Overlay>);
 
 /// The plant without and with the effects, each with its session, as predictors of a recording that
-/// neither was fitted to; and the augmented plant with other parameter values.
+/// neither was fitted to.
 struct Pair<'a> {
     before: (&'a EstimationSession<'a>, Predictor<'a>),
     after: (&'a EstimationSession<'a>, Predictor<'a>),
-    with: &'a dyn Fn(&[f64]) -> Plant,
 }
 
 /// Shared parameters are frozen as fitted. Parameters of single recordings and segments, and
@@ -104,8 +97,7 @@ fn predicting<T>(
     let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
     let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
     let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
-    let with = |theta: &[f64]| frozen(&best.plant, (fitted[1].0, theta), &unseen);
-    look(Pair { before: (&before, nominal), after: (&after, augmented), with: &with })
+    look(Pair { before: (&before, nominal), after: (&after, augmented) })
 }
 
 fn on_recording(
@@ -114,69 +106,12 @@ fn on_recording(
     best: &FittedModel,
     options: &Options,
 ) -> Option<HeldOutParts> {
-    predicting(other, own, best, options, |Pair { before, after, .. }| {
+    predicting(other, own, best, options, |Pair { before, after }| {
         let gain = gain(before.0, before.1, after);
         let (free_before, free_after) = (free_run(before.0, before.1), free_run(after.0, after.1));
         let overlays = figures::overlays(before, after);
-        Some((HeldOutKind::Recording, free_before, free_after, gain, loglik(after.0, after.1), overlays))
+        Some((HeldOutKind::Recording, free_before, free_after, gain, overlays))
     })
-}
-
-/// `gain` on another recording with the standard error of the gain that `best` predicts, where the
-/// gain is undecided and below its expectation. An effect is also rejected if the held-out gain
-/// falls significantly short of the gain it predicts.
-///
-/// Cost: a prediction for every parameter of the effects, and the pair they are predicted beside.
-pub(super) fn with_expected_gain(
-    own: (&EstimationSession<'_>, &Fit),
-    best: &FittedModel,
-    gain: Gain,
-    options: &Options,
-) -> Gain {
-    let is_open = gain.is_below_expected() && gain.status() == Status::Unconfirmed;
-    let Some(other) = options.held_out.as_ref().filter(|_| is_open) else { return gain };
-    let sigma = predicting(other, own, best, options, |Pair { before, after, with }| {
-        let plants: Vec<Plant> = moved(own.0, best)?.iter().map(|theta| with(theta)).collect();
-        expected_gain_sigma(before, after, &plants)
-    });
-    // without a prediction the expectation is unbounded
-    gain.with_expected_gain_sigma(sigma.unwrap_or(f64::INFINITY))
-}
-
-/// The fitted parameters with those of the effects moved along each column of a root of their
-/// posterior covariance, by their standard deviations (over all local optima) and correlations.
-fn moved(session: &EstimationSession<'_>, best: &FittedModel) -> Option<Vec<Vec<f64>>> {
-    let own = EstimationSession::like(session, &best.problem).ok()?;
-    let fit = &best.fit;
-    let covariance = fit.linearised.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
-    along_root(&best.problem.unknowns, (&fit.theta, &fit.sigma), &covariance)
-}
-
-/// `θ ± σ_i L_ij` for every column j of the root `L Lᵀ` of the correlations between the parameters
-/// of the effects: on the side where all stay possible, or on the upper one where neither does.
-fn along_root(
-    unknowns: &[Unknown],
-    (theta, sigma): (&[f64], &[f64]),
-    covariance: &DMatrix<f64>,
-) -> Option<Vec<Vec<f64>>> {
-    let is_of_an_effect = |at: &usize| unknowns[*at].parameter.starts_with("effect.");
-    let places: Vec<usize> = (0..unknowns.len()).filter(is_of_an_effect).collect();
-    let correlation = |i: usize, j: usize| {
-        let [i, j] = [places[i], places[j]];
-        covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
-    };
-    let root = Cholesky::new(DMatrix::from_fn(places.len(), places.len(), correlation))?.unpack();
-    let along = |column: usize| {
-        let to = |side: f64| {
-            let mut moved = theta.to_vec();
-            places.iter().enumerate().for_each(|(i, at)| moved[*at] += side * sigma[*at] * root[(i, column)]);
-            moved
-        };
-        let is_possible =
-            |moved: &Vec<f64>| places.iter().all(|at| (unknowns[*at].low..=unknowns[*at].high).contains(&moved[*at]));
-        [to(1.0), to(-1.0)].into_iter().find(is_possible).unwrap_or_else(|| to(1.0))
-    };
-    Some((0..places.len()).map(along).collect())
 }
 
 /// Parameters of a single recording stay as near to their priors as those of the fitted recordings
@@ -214,19 +149,6 @@ fn own_parameters(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option
     fit(session, &session.problem.plant, &prior, noise, OWN_ROUNDS).ok().map(|fit| fit.theta)
 }
 
-/// Values of shared unknowns of the same name; parameters of single recordings and segments start
-/// at their priors.
-pub(super) fn carried(session: &EstimationSession<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
-    let mut carried = session.start_from(unknowns, theta);
-    let parameters = session.problem.plant.parameters();
-    for (value, unknown) in carried.iter_mut().zip(&session.problem.unknowns) {
-        if parameters.iter().any(|p| p.name == unknown.parameter && p.scope != dynamics::description::Scope::Shared) {
-            *value = unknown.prior;
-        }
-    }
-    carried
-}
-
 /// Blocks of the recording, each predicted with parameters from the others; linear in the change
 /// that leaving a block out makes.
 fn on_blocks(
@@ -248,19 +170,12 @@ fn on_blocks(
     let nominal = Predictor { plant: &stated.plant, theta: &before.1, noise: &best.noise };
     let with = Predictor { plant: &best.plant, theta: &after.1, noise: &best.noise };
     let overlays = figures::overlays((&test_before, nominal), (&test_after, with));
-    Some((
-        HeldOutKind::Blocks,
-        free_run(&test_before, nominal),
-        free_run(&test_after, with),
-        Some(gain),
-        None,
-        overlays,
-    ))
+    Some((HeldOutKind::Blocks, free_run(&test_before, nominal), free_run(&test_after, with), Some(gain), overlays))
 }
 
 /// Log-likelihood of every instant with parameters from the other folds, and the parameters without
 /// the last fold.
-pub(super) fn block_terms(
+fn block_terms(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
     theta: &[f64],

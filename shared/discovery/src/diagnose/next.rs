@@ -1,18 +1,12 @@
 //! The next experiment where an effect is not decided: the pair in question, the menu, and its
 //! sentences.
 
-use super::{Adopted, RivalEffect};
-use crate::compete::FittedModel;
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
 use crate::score::Candidate;
 use dynamics::description::Plant;
 use identification::fit::EstimationSession;
 use identification::problem::{Drive, Problem};
 
-/// Weight of the first effect above which the pair counts as decided. Chosen, no derivation.
-const DECIDED_WEIGHT_MIN: f64 = 0.9;
-/// Absolute cosine above which two effects are indistinguishable by any menu entry.
-const TWIN_COSINE: f64 = 0.9999;
 /// Menu entries in the report.
 const MENU_REPORTED_MAX: usize = 5;
 
@@ -24,21 +18,6 @@ pub(crate) enum Next {
     Scenario(String),
     /// No entry of the menu separates the two.
     Never(String),
-}
-
-/// An effect is not decided.
-pub(super) fn is_open(adopted: &[Adopted]) -> bool {
-    adopted.iter().any(|own| own.weight < DECIDED_WEIGHT_MIN)
-}
-
-pub(super) fn next(session: &EstimationSession<'_>, best: &FittedModel, adopted: &[Adopted]) -> Next {
-    let open = adopted.iter().filter(|own| own.weight < DECIDED_WEIGHT_MIN);
-    let Some((own, rival)) =
-        open.min_by(|a, b| a.weight.total_cmp(&b.weight)).and_then(|own| Some((own, strongest(own)?)))
-    else {
-        return Next::NothingOpen;
-    };
-    separating(session, &posterior(best), (&own.column.candidate, &own.score.amplitude), &rival.candidate)
 }
 
 /// The scenario that separates `first` at `amplitude`, which `plant` has, from `second`.
@@ -53,12 +32,6 @@ pub(crate) fn separating(
     let duration_s = problem.span_s()[1] - problem.span_s()[0];
     let question = Question { plant, first, amplitude, second, duration_s, flown: &flown };
     in_words(first, second, &menu(&question, session.threads, &session.work))
-}
-
-/// The rival of largest weight; exact twins last, since no experiment separates those.
-fn strongest(own: &Adopted) -> Option<&RivalEffect> {
-    let key = |rival: &RivalEffect| (rival.cosine.abs() < TWIN_COSINE, rival.weight);
-    own.rivals.iter().max_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))
 }
 
 fn in_words(first: &Candidate, second: &Candidate, menu: &[Experiment]) -> Next {
@@ -83,22 +56,6 @@ fn in_words(first: &Candidate, second: &Candidate, menu: &[Experiment]) -> Next 
             "no experiment of the menu separates {pair}: standard errors expected {list}; another sensor or another place would"
         )),
     }
-}
-
-/// The plant with the fitted parameters and their standard deviations.
-pub(super) fn posterior(best: &FittedModel) -> Plant {
-    let mut plant = best.plant.clone();
-    let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))
-        .filter(|(unknown, _)| unknown.recording.is_none())
-        .map(|(unknown, (value, sigma))| (unknown.parameter.as_str(), *value, *sigma))
-        .collect();
-    plant.visit_quantities(&mut |name, _, quantity| {
-        if let Some((_, value, sigma)) = values.iter().find(|(known, _, _)| *known == name) {
-            quantity.value = *value;
-            quantity.sigma = Some(sigma.max(f64::MIN_POSITIVE));
-        }
-    });
-    plant
 }
 
 /// Largest command of an actuator in the recordings; NaN where it was not recorded.

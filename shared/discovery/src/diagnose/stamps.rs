@@ -5,6 +5,7 @@
 //! recording decides whether the readings are even: the nominal plant is fitted to both and the
 //! better one is kept.
 
+use super::{Diagnosis, Options};
 use identification::fit::{EstimationSession, fit};
 use identification::problem::{Drive, Problem, Samples};
 use identification::work::Work;
@@ -24,8 +25,22 @@ const EVEN_STAMPS_GAIN_MIN: f64 = 10.0;
 /// Relinearisations of each fit.
 const STAMP_ROUNDS: usize = 3;
 
+/// A diagnosis by `each` on even stamps, where they explain the recordings better.
+pub(crate) fn even_stamps(
+    problem: &Problem,
+    options: &Options,
+    work: &Arc<Work>,
+    each: &mut dyn FnMut(&Problem, &Options) -> Result<Diagnosis, String>,
+) -> Result<Diagnosis, String> {
+    let Some(mut evened) = evened(problem, options.threads, work) else { return each(problem, options) };
+    let note = "the readings are even and their stamps are not: the stamps were replaced by their grid";
+    evened.notes.push(note.to_owned());
+    let held_out = options.held_out.as_ref().map(|other| even(other).unwrap_or_else(|| other.clone()));
+    each(&evened, &Options { held_out, ..options.clone() })
+}
+
 /// `problem` with even stamps, where they explain its recording better.
-pub(super) fn evened(problem: &Problem, threads: usize, work: &Arc<Work>) -> Option<Problem> {
+fn evened(problem: &Problem, threads: usize, work: &Arc<Work>) -> Option<Problem> {
     let even = even(problem)?;
     let objective = |problem: &Problem| {
         let session = EstimationSession::counted(problem, threads, work.clone()).ok()?;
@@ -35,7 +50,7 @@ pub(super) fn evened(problem: &Problem, threads: usize, work: &Arc<Work>) -> Opt
 }
 
 /// Every channel on the grid that its stamps jitter about; `None` where no channel has one.
-pub(super) fn even(problem: &Problem) -> Option<Problem> {
+fn even(problem: &Problem) -> Option<Problem> {
     let mut even = problem.clone();
     let mut moved = false;
     for run in &mut even.runs {

@@ -14,9 +14,9 @@ use super::law::{Kind, Law};
 use super::model::{Ground, Model};
 use super::pool::{Entry, Pool};
 use super::timing::shift_of;
-use crate::compete::FittedModel;
 use crate::diagnose::{
-    Compare, Diagnosis, HeldOutEvidence, InputTiming, Next, OpenHypothesis, Options, Tried, Verdict, held_out,
+    Compare, Diagnosis, FittedModel, HeldOutEvidence, InputTiming, Next, OpenHypothesis, Options, Tried, Verdict,
+    held_out,
 };
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
 use identification::held_out::{Gain, Status};
@@ -132,7 +132,7 @@ struct Shown<'a> {
 }
 
 fn fitted_model(model: &Model) -> FittedModel {
-    FittedModel::new(model.problem.clone(), model.fit.clone(), model.noise.clone(), model.objective)
+    FittedModel::new(model.problem.clone(), model.fit.clone(), model.noise.clone())
 }
 
 impl Shown<'_> {
@@ -150,13 +150,20 @@ impl Shown<'_> {
             Verdict::None | Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming
         );
         match self.law {
-            Some(Law { kind: Kind::Instead | Kind::Larger { is_of_time: false }, .. }) => Verdict::NotInCatalogue,
+            Some(Law { kind: Kind::Instead { is_of_time: false } | Kind::Larger { is_of_time: false }, .. }) => {
+                Verdict::NotInCatalogue
+            }
             Some(Law { kind: Kind::Larger { is_of_time: true }, .. }) => Verdict::CannotDecide,
+            Some(Law { kind: Kind::Instead { is_of_time: true }, .. }) if !is_quiet => Verdict::CannotDecide,
             // energy that no law takes up and that moves nothing beyond the noise is noise
-            Some(Law { kind: Kind::Coloured, .. }) if is_quiet && self.leaves_more_than_noise() => {
+            Some(Law { kind: Kind::Coloured | Kind::Instead { .. }, .. })
+                if is_quiet && self.leaves_more_than_noise() =>
+            {
                 Verdict::CannotDecide
             }
-            Some(Law { kind: Kind::Coloured | Kind::Outliers, .. }) if self.decision.verdict == Verdict::None => {
+            Some(Law { kind: Kind::Coloured | Kind::Outliers | Kind::Instead { .. }, .. })
+                if self.decision.verdict == Verdict::None =>
+            {
                 Verdict::NoiseModel
             }
             _ if !is_quiet && self.is_irrelevant() => Verdict::None,
@@ -286,6 +293,11 @@ impl Shown<'_> {
             Verdict::NotInCatalogue | Verdict::CannotDecide if self.is_smaller() => {
                 format!("{key}: {odds:.1} nats ahead of the plant without a finding, and more is left")
             }
+            Verdict::CannotDecide if self.decision.verdict == Verdict::CannotDecide => format!(
+                "{key} is missing (probability {:.3}), or the noise is not as stated{}",
+                self.decision.found,
+                self.remainder()
+            ),
             Verdict::CannotDecide if self.law.is_none() => {
                 format!("the search ended at the limit of its work before all laws were compared{}", self.remainder())
             }

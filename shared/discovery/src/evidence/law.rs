@@ -4,19 +4,22 @@
 use super::decide::LEVEL;
 use super::model::{Ground, Model};
 use super::pool::Pool;
+use super::powers;
 use crate::diagnose::{LawMap, Where, bin_location, located, state_map};
 use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
-use crate::unknown_law;
+use crate::unknown_law::{self, UnknownLaw};
+use identification::fit::EstimationSession;
 use identification::held_out::{Status, instants};
 
 /// What a remainder is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// A law alone is ahead of the leading model.
-    Instead,
+    /// A law alone is ahead of the leading model; over time alone anything is smooth: a
+    /// disturbance, or a law.
+    Instead { is_of_time: bool },
     /// A law is left beside the names, of less evidence than they have.
     Beside,
-    /// Of more; over time alone anything is smooth: a disturbance, or a law.
+    /// Of more.
     Larger { is_of_time: bool },
     /// Energy in a bin of time and frequency, of no known law.
     Coloured,
@@ -38,7 +41,7 @@ pub(super) struct Law {
 /// is left.
 ///
 /// Cost: the maps of every place, twice where names lead.
-pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
+pub(super) fn missing(ground: Ground<'_>, pool: &Pool, without: &[String]) -> Option<Law> {
     let level = libm::log(LEVEL / (1.0 - LEVEL));
     let best = pool.best();
     let of = |place: usize| {
@@ -46,21 +49,27 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
         let session = model.session(ground)?;
         let plant = &model.problem.plant;
         let found = unknown_law::best(&session, plant, &model.fit.linearised, &model.fit.theta, &model.noise)?;
-        let nats = 0.5 * found.evidence - libm::log(found.tried.max(1) as f64) - pool.log_m;
-        let confirmed = found.held_out.status() == Status::Confirmed;
-        Some((nats, found)).filter(|(nats, _)| *nats > level && confirmed)
+        Some((nats_of(&found, pool)?, found))
     };
     let beside = of(best);
     let rest = || not_white(ground, &pool.entries[best].model, pool.log_m + level);
-    // a law alone that is ahead of the names; names that leave nothing lack none
+    // a law alone that is ahead of the names; names that leave nothing lack no map of many numbers
     let quiet = pool.quiet();
     let is_left = best != quiet && (beside.is_some() || rest().is_some());
-    let alone = if is_left { of(quiet).filter(|(nats, _)| *nats > pool.log_odds_here(best) + level) } else { None };
-    let has_names = pool.entries[best].model.set.iter().any(|own| !own.parts().is_empty());
-    let (instead, beside) = if has_names { (alone, beside) } else { (beside, None) };
+    let is_ahead = |(nats, _): &(f64, UnknownLaw)| *nats > pool.log_odds_here(best) + level;
+    let alone = if is_left { of(quiet).filter(is_ahead) } else { None };
+    // of two laws of one number the one with a name carries it: one without may take the place of
+    // several names, or of none
+    let names: usize = pool.entries[best].model.set.iter().map(|own| own.parts().len()).sum();
+    let needed = pool.log_odds_here(best) + level + pool.log_m;
+    let power = if names != 1 { powers::best(ground, &pool.entries[quiet].model, (without, needed)) } else { None };
+    let power = power.and_then(|found| Some((nats_of(&found, pool)?, found)));
+    if let Some((nats, found)) = power.filter(is_ahead) {
+        return Some(law(ground, Kind::Instead { is_of_time: false }, words(nats, &found), &found));
+    }
+    let (instead, beside) = if names > 0 { (alone, beside) } else { (beside, None) };
     if let Some((nats, found)) = instead {
-        // over time alone anything is smooth: a disturbance, or a law
-        let kind = if found.place.is_of_time() { Kind::Coloured } else { Kind::Instead };
+        let kind = Kind::Instead { is_of_time: found.place.is_of_time() };
         return Some(law(ground, kind, words(nats, &found), &found));
     }
     match beside {
@@ -70,6 +79,14 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
         }
         None => rest(),
     }
+}
+
+/// Nats of a law ahead of the plant without a finding, price and choice counted, where its odds
+/// reach the level and parts of the recording that it was not fitted to confirm it.
+fn nats_of(found: &UnknownLaw, pool: &Pool) -> Option<f64> {
+    let nats = 0.5 * found.evidence - libm::log(found.tried.max(1) as f64) - pool.log_m;
+    let level = libm::log(LEVEL / (1.0 - LEVEL));
+    (nats > level && found.held_out.status() == Status::Confirmed).then_some(nats)
 }
 
 /// What is left beside names. A law that explains ρ² of one outside the catalogue takes ρ² of its
@@ -93,23 +110,42 @@ fn not_white(ground: Ground<'_>, model: &Model, least: f64) -> Option<Law> {
     let kind = if is_alone { Kind::Outliers } else { Kind::Coloured };
     let channel = &model.problem.plant.sensors[bin.channel].name;
     let ([begin, end], [low, high]) = (bin.time_s, bin.band_hz);
-    let words = format!(
-        "the innovations are not white: most energy is left in {channel} from {begin:.3} to {end:.3} s between {low:.3} and {high:.3} Hz, \
+    let all = outliers.iter().map(|own| outlying(&session, own)).collect::<Vec<_>>().join("; ");
+    let white = || {
+        format!(
+            "the innovations are not white: most energy is left in {channel} from {begin:.3} to {end:.3} s between {low:.3} and {high:.3} Hz, \
          {:.1} nats, of no law or noise that was compared",
-        nats(&bin)
-    );
+            nats(&bin)
+        )
+    };
+    let words = if is_alone { format!("outliers: {all}") } else { white() };
     Some(Law { kind, words, place: bin_location(&session, &bin), map: None })
 }
 
-fn law(ground: Ground<'_>, kind: Kind, words: String, found: &unknown_law::UnknownLaw) -> Law {
+/// `angle has 3 of 2000 beyond 4 standard deviations, the largest of 17.2 at 7.000 s of run.csv`.
+fn outlying(session: &EstimationSession<'_>, own: &Outliers) -> String {
+    let problem = session.problem;
+    let (channel, recording) =
+        (&problem.plant.sensors[own.channel].name, &problem.recordings[problem.runs[own.run].recording]);
+    let Outliers { count, samples, largest, time_s, .. } = own;
+    format!(
+        "{channel} has {count} of {samples} beyond 4 standard deviations, the largest of {largest:.1} at {time_s:.3} s of {recording}"
+    )
+}
+
+fn law(ground: Ground<'_>, kind: Kind, words: String, found: &UnknownLaw) -> Law {
     let session = ground.session;
     Law { kind, words, place: located(session, found, 1.0 - LEVEL), map: Some(state_map(session, found)) }
 }
 
-fn words(nats: f64, found: &unknown_law::UnknownLaw) -> String {
+fn words(nats: f64, found: &UnknownLaw) -> String {
     let over = found.names.join(" and ");
+    let what = match &found.formula {
+        Some(formula) => format!("one number times {formula}"),
+        None => format!("a law smooth over {over}"),
+    };
     format!(
-        "something acts at {} that no effect of the catalogue describes: a law smooth over {over} is {nats:.1} nats ahead",
+        "something acts at {} that no effect of the catalogue describes: {what} is {nats:.1} nats ahead",
         found.place.site
     )
 }

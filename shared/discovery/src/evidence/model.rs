@@ -1,12 +1,12 @@
 //! A set of hypotheses fitted to its end, with its evidence.
 
+use super::augmented::augmented;
 use super::decide::CONFLICT_FACTOR;
 use super::hypothesis::{Hypothesis, InnerPrior, freed, log_swap, unknown_of};
 use super::marginal::{Bound, log_marginal};
 use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;
 use super::timing::{as_seen, shift_of};
-use crate::compete::augmented;
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, Normal, fit};
@@ -117,7 +117,7 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
     let mut plant = bare.plant.clone();
     freed(&mut plant, set);
     for part in set.iter().flat_map(Hypothesis::parts) {
-        plant = augmented(&plant, &part.column, &part.amplitude, share)?.0;
+        plant = augmented(&plant, &part.column, &part.amplitude, share)?;
     }
     let mut problem = as_seen(bare.with_plant(&plant), set);
     let start = problem.unknowns.iter().map(|unknown| unknown.prior).collect();

@@ -110,21 +110,16 @@ impl Look<'_> {
         let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
         let (extra, room) = (&extra[..], &room[..]);
         let linear = Linearly { session: self.session, linearised, theta, extra, room };
-        let found = linear.settled(start, prior)?;
-        let normal = linear.normal(&found.noise)?;
-        let (_, x) = normal.least()?;
-        let bounds = bounds_of(&normal);
-        let width = linear.log_width_expected(&found.noise, prior)?;
+        let found = linear_evidence(&linear, (start, prior))?;
         let points: f64 = parts.iter().map(|own| own.part.log_points).sum();
-        let value = log_marginal(&normal, &bounds)? + width - points;
-        let mut at = normal.unknowns;
+        let mut at = 0;
         let mut amplitudes = Vec::new();
         for own in parts {
             let count = own.column.raw.len();
-            amplitudes.push(x[at..at + count].iter().map(|x| x * own.part.scale).collect());
+            amplitudes.push(found.amplitudes[at..at + count].iter().map(|x| x * own.part.scale).collect());
             at += count;
         }
-        Some((value, found.noise, amplitudes))
+        Some((found.value - points, found.noise, amplitudes))
     }
 
     /// The set of these laws on the linear problem.
@@ -273,6 +268,26 @@ impl Look<'_> {
         let all = (0..few.len()).flat_map(|a| (a + 1..few.len()).map(move |b| [a, b]));
         Some(all.filter_map(|pair| Some((of(&pair)? - bare, pair))).collect())
     }
+}
+
+/// A linear problem with the noise free: its evidence, that noise, and what its columns have in
+/// standard deviations of their priors.
+pub(super) struct LinearEvidence {
+    pub value: f64,
+    pub noise: NoiseModel,
+    pub amplitudes: Vec<f64>,
+}
+
+/// The evidence of a linear problem, its noise searched from `start`.
+pub(super) fn linear_evidence(
+    linear: &Linearly<'_>,
+    (start, prior): (&NoiseModel, &NoisePrior),
+) -> Option<LinearEvidence> {
+    let noise = linear.settled(start, prior)?.noise;
+    let normal = linear.normal(&noise)?;
+    let (_, mut x) = normal.least()?;
+    let value = log_marginal(&normal, &bounds_of(&normal))? + linear.log_width_expected(&noise, prior)?;
+    Some(LinearEvidence { value, noise, amplitudes: x.split_off(normal.unknowns) })
 }
 
 /// Columns per standard deviation of their priors, and their room.

@@ -63,19 +63,26 @@ impl Drive {
     pub(super) fn scale(&self, session: &EstimationSession<'_>, plant: &Plant, column: &Column) -> Option<f64> {
         let site = &column.candidate.site;
         let channel = plant.sensors.iter().position(|sensor| sensor.name == site.name);
-        let own = match channel.filter(|_| site.kind == SiteKind::Sensor) {
-            Some(channel) => self.readings[channel],
-            None => self.motion,
-        };
-        let channels = || session.timelines.iter().flat_map(|timeline| &timeline.channel);
-        let size = |raw: &Vec<f64>| {
-            let all = raw.iter().zip(channels());
-            all.map(|(c, channel)| (c / session.noise.sensor_sigma[*channel]).powi(2)).sum::<f64>().sqrt()
-        };
-        let felt = column.raw.iter().map(size).fold(0.0, f64::max);
+        let channel = channel.filter(|_| site.kind == SiteKind::Sensor);
+        let each = column.raw.iter().filter_map(|raw| self.amplitude(session, channel, raw));
         let push = column.push.filter(|push| *push > 0.0 && self.push > 0.0);
-        let most = push.map_or(f64::INFINITY, |push| self.push / push);
-        let scale = AMPLITUDE_SCALE * (own / felt).min(most);
+        let most = push.map_or(f64::INFINITY, |push| AMPLITUDE_SCALE * self.push / push);
+        Some(each.reduce(f64::min)?.min(most))
+    }
+
+    /// The same of a law without a candidate: `raw` per its number, an error of the readings of
+    /// `channel` or a push.
+    pub(super) fn amplitude(
+        &self,
+        session: &EstimationSession<'_>,
+        channel: Option<usize>,
+        raw: &[f64],
+    ) -> Option<f64> {
+        let own = channel.map_or(self.motion, |channel| self.readings[channel]);
+        let channels = session.timelines.iter().flat_map(|timeline| &timeline.channel);
+        let all = raw.iter().zip(channels);
+        let felt = all.map(|(c, channel)| (c / session.noise.sensor_sigma[*channel]).powi(2)).sum::<f64>().sqrt();
+        let scale = AMPLITUDE_SCALE * own / felt;
         (scale.is_finite() && scale > 0.0).then_some(scale)
     }
 }
@@ -87,8 +94,7 @@ fn is_load(kind: &SensorKind) -> bool {
 
 /// Places of all rates in a small change of state.
 fn rates(linear: &Linear) -> Vec<usize> {
-    let (n, x) = (linear.layout.tangent, linear.state_names.len());
-    (0..n).filter(|row| linear.names[*row].ends_with(".rate") || x == n).collect()
+    (0..linear.layout.tangent).filter(|row| linear.names[*row].ends_with(".rate")).collect()
 }
 
 /// Every interval's change of the rates that noise inputs move most.
@@ -104,6 +110,8 @@ fn driven(linear: &Linear, timeline: &Timeline) -> Sources {
     }
     rows.sort_unstable();
     rows.dedup();
+    // nothing is stated or expected to push: whatever does may push all
+    let rows = if rows.is_empty() { rates(linear) } else { rows };
     pushes(linear, timeline, &rows)
 }
 

@@ -11,7 +11,6 @@
 use super::hypothesis::{Part, part};
 use super::model::{Ground, Model};
 use super::scale::Drive;
-use crate::compete::Multiplicity;
 use crate::score::refine::refined;
 use crate::score::{
     Candidate, Column, LIMIT_D, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
@@ -52,25 +51,44 @@ pub(super) struct Screened {
 /// Screens the catalogue about `model`; `without` names entries that are left out.
 pub(super) fn screen(ground: Ground<'_>, model: &Model, without: &[String]) -> Option<Screened> {
     let session = model.session(ground)?;
-    let plant = &model.problem.plant;
-    let (linearised, theta) = (&model.fit.linearised, &model.fit.theta);
+    along_noise_free_loop(&session, model, |along| screen_along(&session, along, model, without))
+}
+
+/// Evaluates `look` along the trajectory of `model`; where a loop feeds back sensor noise, along
+/// the loop without that noise.
+pub(super) fn along_noise_free_loop<T>(
+    session: &EstimationSession<'_>,
+    model: &Model,
+    look: impl FnOnce((&EstimationSession<'_>, &LinearisedProblem)) -> T,
+) -> T {
+    let (plant, linearised, theta) = (&model.problem.plant, &model.fit.linearised, &model.fit.theta);
     let loops = noise_free(&model.problem, plant, theta, &model.noise.sensor_sigma);
     let loops = loops.as_ref().and_then(|problem| {
-        let own = EstimationSession::at_other_values(&session, problem).ok()?;
+        let own = EstimationSession::at_other_values(session, problem).ok()?;
         let linearised = LinearisedProblem::new(&own, plant, theta, &model.fit.noise).ok()?;
         Some((own, linearised))
     });
-    let along = loops.as_ref().map_or((&session, linearised), |(session, linearised)| (session, linearised));
-    let noises = [model.noise.clone(), scaled_stated(&session, model)?];
+    look(loops.as_ref().map_or((session, linearised), |(session, linearised)| (session, linearised)))
+}
+
+fn screen_along(
+    session: &EstimationSession<'_>,
+    along: (&EstimationSession<'_>, &LinearisedProblem),
+    model: &Model,
+    without: &[String],
+) -> Option<Screened> {
+    let plant = &model.problem.plant;
+    let (linearised, theta) = (&model.fit.linearised, &model.fit.theta);
+    let noises = [model.noise.clone(), scaled_stated(session, model)?];
     let period_s = session.timelines[0].period_s;
-    let (found_lines, found_orders) = longest(&session, model);
-    let jumps = instants((&session, linearised), along, plant, theta, &noises[1]);
+    let (found_lines, found_orders) = longest(session, model);
+    let jumps = instants((session, linearised), along, plant, theta, &noises[1]);
     let found = (&found_lines, &found_orders[..], &jumps);
     let mut list = candidates(&model.problem, plant, &linearised.linears, period_s, found, without);
-    thin(&session, (plant, theta), &mut list);
+    thin(session, (plant, theta), &mut list);
     let mut all = columns(along, plant, theta, &list);
     let scorers: Vec<Scorer<'_, '_>> =
-        noises.iter().filter_map(|noise| Scorer::new(&session, linearised, theta, noise)).collect();
+        noises.iter().filter_map(|noise| Scorer::new(session, linearised, theta, noise)).collect();
     let mut finer = Vec::new();
     for scorer in &scorers {
         let found: Vec<Score> = scorer.scores(&all).into_iter().flatten().collect();
@@ -78,23 +96,35 @@ pub(super) fn screen(ground: Ground<'_>, model: &Model, without: &[String]) -> O
     }
     all.extend(finer);
     let drive = Drive::new(along.0, along.1, plant);
-    let multiplicity = Multiplicity::new(&all, &|_, _| None);
+    let chances = chances(&all);
     let mut laws = Laws { rated: Vec::new(), looked: Vec::new() };
     for (which, scorer) in scorers.iter().enumerate() {
         let scores = scorer.scores(&all);
         for score in scores.iter().flatten() {
             let column = &all[score.column];
-            let Some(scale) = drive.scale(&session, plant, column) else { continue };
+            let Some(scale) = drive.scale(session, plant, column) else { continue };
             let points: Vec<&Candidate> = list.iter().filter(|other| other.same_law(&column.candidate)).collect();
             let setting = (&model.problem, plant, &linearised.linears[..]);
             let part = part(setting, period_s, column, &points, (score.amplitude.clone(), scale));
             let part = Part { kappa: score.kappa, ..part };
-            laws.look(column, score, multiplicity.of(score.column));
+            laws.look(column, score, chances[score.column]);
             laws.rate(Rated { column: column.clone(), log_bayes: rating(score, &part), part, is_stated: which == 1 });
         }
     }
     laws.rated.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     Some(Screened { rated: laws.rated, looked: laws.looked, noises })
+}
+
+/// Of every column how many hypotheses a p value of its law counts: laws, times points of its own
+/// grid.
+fn chances(columns: &[Column]) -> Vec<f64> {
+    let same = |a: &Column, b: &Column| a.candidate.same_law(&b.candidate);
+    let is_first = |place: &usize| !columns[..*place].iter().any(|other| same(other, &columns[*place]));
+    let laws = (0..columns.len()).filter(is_first).count() as f64;
+    let points = |own: &Column| -> f64 {
+        columns.iter().filter(|other| same(other, own)).map(|other| other.candidate.tries as f64).sum()
+    };
+    columns.iter().map(|own| laws * points(own)).collect()
 }
 
 struct Laws {
@@ -131,7 +161,7 @@ fn rating(score: &Score, part: &Part) -> f64 {
 }
 
 /// The stated noise, unstated disturbances at their floors, scaled to the innovations.
-fn scaled_stated(session: &EstimationSession<'_>, model: &Model) -> Option<NoiseModel> {
+pub(super) fn scaled_stated(session: &EstimationSession<'_>, model: &Model) -> Option<NoiseModel> {
     let (linearised, theta) = (&model.fit.linearised, &model.fit.theta);
     let normal = linearised.normal(session, theta, &session.noise, &[])?;
     Some(session.noise.scaled((normal.chi2 / session.samples.max(1) as f64).sqrt()))

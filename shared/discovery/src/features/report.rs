@@ -8,13 +8,14 @@ use super::likelihood::{Group, Likelihood};
 use super::search::{Adopted, adopt};
 use super::upper_modes;
 use crate::diagnose::{
-    Angles, Compare, DetectionLimit, Diagnosis, EffectReport, Nominal, ParameterReport, RIVAL_SPAN, Rival, Verdict,
-    Where,
+    Angles, Compare, DetectionLimit, Diagnosis, EffectReport, Nominal, ParameterReport, Rival, Verdict, Where,
 };
 use estimation::consistency::normal_two_sided_tail;
 use identification::held_out::{ChannelFit, Status};
 use identification::statistics::chi_squared_tail;
 
+/// ΔBIC within which a rival is reported: posterior weight exp(−12/2) = 0.25 % at its edge.
+const RIVAL_SPAN: f64 = 12.0;
 /// ΔBIC within which rivals are not separated: odds of 20 : 1.
 const TIE_SPAN: f64 = 6.0;
 /// Absolute cosine from which two directions count as one. Chosen, no derivation.

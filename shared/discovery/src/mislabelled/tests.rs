@@ -80,7 +80,7 @@ fn of_a_free_response_no_unit_is_reported() {
     }];
     let mut rubbed = released.clone();
     rubbed.add_effect("joint_coulomb", &"joint:rail".parse().unwrap(), &[("force", 1.0)]).unwrap();
-    for plant in [&rubbed, &crate::synthetic::of_higher_variance(&released, 10.0)] {
+    for plant in [&rubbed, &crate::noisier::of_higher_variance(&released, 10.0)] {
         let recorded = recording(plant, 8, 2.0);
         assert!(!is_followed(&recorded, &nominal));
         assert!(found(&recorded, &nominal).is_none());

@@ -1,7 +1,7 @@
 //! Ridge regression of a map's weights with one prior scale, and the values of the map.
 
+use super::noise_hypotheses::NoiseHypothesis;
 use super::places::{FUNCTIONS, Span, basis};
-use crate::compete::subsets::NoiseHypothesis;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Cells of the reported map, along each of two coordinates and along one.

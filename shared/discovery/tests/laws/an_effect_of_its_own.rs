@@ -1,7 +1,8 @@
 //! An effect that exists in this test alone is simulated, screened, refitted, reported and written,
 //! without another line of the program.
 
-use discovery::diagnose::{Options, Verdict, diagnose};
+use discovery::diagnose::{Options, Verdict};
+use discovery::evidence::diagnose;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Catalogue, Effect, EffectParameter, Family, Law, Local};

@@ -1,7 +1,7 @@
 //! Progress is measured in work, which a test can know, instead of time.
 
 use discovery::diagnose::Options;
-use discovery::engine::Engine;
+use discovery::evidence::diagnose;
 use discovery::planned_work;
 use dynamics::description::Plant;
 use identification::problem::Problem;
@@ -33,33 +33,24 @@ fn cases() -> Vec<(&'static str, Plant, Plant, f64, bool)> {
     ]
 }
 
-fn is_about_half_at_half_of_the_work(engine: Engine) {
+#[test]
+fn a_share_grows_to_one_and_is_about_half_where_half_of_the_work_is_done() {
     for (name, nominal, truth, duration_s, has_held_out) in cases() {
         let held_out = has_held_out.then(|| recorded(&nominal, &truth, 12, duration_s));
         let watch = Watch::default();
         let options = Options { held_out, watch: watch.clone(), ..Options::default() };
         let (mut shares, mut begun) = (Vec::new(), Vec::new());
-        engine.diagnose(&recorded(&nominal, &truth, 11, duration_s), &options, &mut |phase, share| {
+        diagnose(&recorded(&nominal, &truth, 11, duration_s), &options, &mut |phase, share| {
             shares.push(share);
             begun.push((phase, watch.counted()));
         });
         let (plans, whole) = (watch.plans(), watch.counted());
         let at = |part: f64| share_done(&plans, part * whole);
         let parts: Vec<f64> = (0..=40).map(|k| at(f64::from(k) / 40.0)).collect();
-        assert!(parts.is_sorted() && shares.is_sorted(), "{engine:?}, {name}: {parts:?}");
-        assert!((watch.share() - 1.0).abs() < 1e-9, "{engine:?}, {name}: {} at the end", watch.share());
-        assert!((0.25..=0.75).contains(&at(0.5)), "{engine:?}, {name}: {} at the half; {begun:?}", at(0.5));
+        assert!(parts.is_sorted() && shares.is_sorted(), "{name}: {parts:?}");
+        assert!((watch.share() - 1.0).abs() < 1e-9, "{name}: {} at the end", watch.share());
+        assert!((0.25..=0.75).contains(&at(0.5)), "{name}: {} at the half; {begun:?}", at(0.5));
     }
-}
-
-#[test]
-fn a_share_of_the_cascade_grows_to_one_and_is_about_half_where_half_of_the_work_is_done() {
-    is_about_half_at_half_of_the_work(Engine::Cascade);
-}
-
-#[test]
-fn a_share_of_the_evidence_grows_to_one_and_is_about_half_where_half_of_the_work_is_done() {
-    is_about_half_at_half_of_the_work(Engine::Evidence);
 }
 
 #[test]

@@ -42,28 +42,6 @@ impl NoiseModel {
         sizes.for_each(|sigma| *sigma *= factor);
         scaled
     }
-
-    /// No number is farther from its own in `other` than a fifth of it, no pole's area hyperbolic
-    /// tangent than a tenth: a search from either ends in the same.
-    pub fn is_about(&self, other: &Self) -> bool {
-        let near = |a: &[f64], b: &[f64], off: &dyn Fn(f64, f64) -> bool| a.iter().zip(b).all(|(a, b)| off(*a, *b));
-        let in_size = |a: f64, b: f64| (a - b).abs() <= 0.2 * a.abs().max(b.abs());
-        near(&self.input_sigma, &other.input_sigma, &in_size)
-            && near(&self.sensor_sigma, &other.sensor_sigma, &in_size)
-            && near(&self.jitter_s, &other.jitter_s, &in_size)
-            && near(&self.pole, &other.pole, &|a, b| (libm::atanh(a) - libm::atanh(b)).abs() <= 0.1)
-    }
-
-    /// Some input or channel has more than `factor` times the standard deviation that it has in
-    /// `other`, and than in `floor`.
-    pub fn exceeds(&self, other: &Self, floor: &Self, factor: f64) -> bool {
-        let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();
-        sizes(self)
-            .iter()
-            .zip(sizes(other))
-            .zip(sizes(floor))
-            .any(|((own, other), floor)| *own > factor * other.max(floor))
-    }
 }
 
 /// White part of coloured noise, as a share of its standard deviation: keeps covariances positive,

@@ -105,25 +105,6 @@ impl Normal {
         Some((least, x.split_off(self.unknowns)))
     }
 
-    /// Least objective over the unknowns alone.
-    pub fn minimum_without(&self) -> Option<f64> {
-        let places: Vec<usize> = (0..self.unknowns).collect();
-        Some(self.objective - bounded(&self.matrix, &self.right, &self.room, &places)?.0)
-    }
-
-    /// By how much the extra columns relieve the priors of the plant's parameters: decrease of
-    /// `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
-    pub fn relief(&self, session: &EstimationSession<'_>, theta: &[f64]) -> Option<f64> {
-        let unknowns = &session.problem.unknowns;
-        let off: Vec<f64> = theta.iter().zip(unknowns).map(|(t, u)| (t - u.prior) / u.sigma).collect();
-        let squares = |columns: usize| {
-            let (_, step) = bounded(&self.matrix, &self.right, &self.room, &(0..columns).collect::<Vec<_>>())?;
-            let own = off.iter().zip(&step).zip(unknowns).filter(|(_, unknown)| !unknown.name.starts_with("effect."));
-            Some(own.map(|((off, step), _)| (off + step).powi(2)).sum::<f64>())
-        };
-        Some(squares(self.unknowns)? - squares(self.matrix.nrows())?)
-    }
-
     /// Posterior standard deviations of the unknowns.
     pub fn sigmas(&self, session: &EstimationSession<'_>) -> Vec<f64> {
         let Some(factor) = self.factor() else { return vec![f64::NAN; self.unknowns] };

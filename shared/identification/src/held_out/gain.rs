@@ -15,11 +15,6 @@ pub struct Gain {
     pub skewness: f64,
     /// Sum of the signed roots of the blocks in its standard deviations under random signs.
     pub agreement: f64,
-    /// What the augmented plant itself expects to gain; zero where it was not predicted.
-    #[serde(rename = "foretold")]
-    pub expected: f64,
-    /// What it gains at least, if it is right; zero where that was not evaluated.
-    pub least: f64,
     /// Its free run's distance from the data over that of the plant alone: geometric mean of the
     /// rms over channels; one where it was not run, infinite where it diverged.
     pub free_run: f64,
@@ -28,10 +23,6 @@ pub struct Gain {
 /// Ratio of the free runs' distances from the data from which on the report says that the augmented
 /// plant runs away. Chosen, not derived: it adds a sentence and decides nothing.
 const FREE_RUN_DIVERGENCE_RATIO: f64 = 1.5;
-/// Standard errors by which the expected gain may be off: beyond three lie 0.13 % of normal numbers
-/// on the side that rejects.
-const EXPECTED_GAIN_TOLERANCE_SIGMA: f64 = 3.0;
-
 impl Gain {
     /// Confidence interval of the gain at 95 % [nats, all held-out samples together].
     pub fn interval95(&self) -> [f64; 2] {
@@ -56,17 +47,6 @@ impl Gain {
         3.0 / kappa * (libm::cbrt(1.0 + kappa * (x - kappa / 6.0)) - 1.0)
     }
 
-    /// Even its upper bound is below the predicted gain.
-    pub fn is_below_expected(&self) -> bool {
-        self.interval95()[1] < self.expected
-    }
-
-    /// With a standard deviation of the predicted gain.
-    #[must_use]
-    pub fn with_expected_gain_sigma(self, sigma: f64) -> Self {
-        Self { least: (self.expected - EXPECTED_GAIN_TOLERANCE_SIGMA * sigma).max(0.0), ..self }
-    }
-
     /// With free runs of the plant alone and with the effect.
     #[must_use]
     pub fn beside_free_runs(self, before: &[ChannelFit], after: &[ChannelFit]) -> Self {
@@ -86,12 +66,11 @@ impl Gain {
         self.free_run > FREE_RUN_DIVERGENCE_RATIO
     }
 
-    /// Confirmed where the 95 % interval is above zero, rejected where it is below the least gain,
-    /// else unconfirmed.
+    /// Confirmed where the 95 % interval is above zero, rejected where it is below, else unconfirmed.
     pub fn status(&self) -> Status {
         match self.interval95() {
             [low, _] if low > 0.0 => Status::Confirmed,
-            [_, high] if high < self.least => Status::Rejected,
+            [_, high] if high < 0.0 => Status::Rejected,
             _ => Status::Unconfirmed,
         }
     }
@@ -137,8 +116,6 @@ pub fn blocks(differences: &[(f64, f64)], block_s: f64) -> Gain {
         blocks: sums.len(),
         skewness: if skewness.is_finite() { skewness } else { 0.0 },
         agreement: if size > 0.0 { roots / size.sqrt() } else { 0.0 },
-        expected: 0.0,
-        least: 0.0,
         free_run: 1.0,
     }
 }
@@ -188,7 +165,7 @@ mod tests {
         assert!(student[0] < 30 && student[2] > 200, "{student:?}");
     }
 
-    /// At the level that a suspicion asks, too. What is frozen foretells `δ` where there is
+    /// At a level far out, too. What is frozen foretells `δ` where there is
     /// nothing: it gains `δ r − δ²/2`.
     #[test]
     fn what_is_not_there_is_confirmed_far_out_no_more_often_than_the_level_says() {

@@ -22,7 +22,7 @@ pub fn step(diagnosed: &Diagnosed) -> String {
             "record the modes at two amplitudes in random order, which separates time from amplitude".into()
         }
         Verdict::NotInCatalogue => {
-            "read the law off its map on the page, and repeat the run with `--repeat` to see it recur".into()
+            "read the law off its map on the page, and give the run once more with `--held-out` to see it recur".into()
         }
         Verdict::NoiseModel => {
             format!("state that noise in {} and diagnose again; the physics needs no change", diagnosed.case.plant_file)
@@ -96,12 +96,9 @@ fn undecided(diagnosed: &Diagnosed) -> String {
     if diagnosed.case.fitted.is_empty() {
         return "measure more modes, or their shapes and damping, and diagnose again".into();
     }
-    match (diagnosed.case.repeat.is_empty(), diagnosed.case.held_out.is_empty()) {
-        (true, _) => {
-            "repeat the experiment and give it with `--repeat`: what recurs at the same states is physics".into()
-        }
-        (false, true) => "record another motion and give it with `--held-out`".into(),
-        (false, false) => "record a longer run with more excitation, and diagnose again".into(),
+    match diagnosed.case.held_out.is_empty() {
+        true => "record the experiment once more and give it with `--held-out`: physics recurs, noise does not".into(),
+        false => "record a longer run with more excitation, and diagnose again".into(),
     }
 }
 

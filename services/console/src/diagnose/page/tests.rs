@@ -161,7 +161,6 @@ fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
         plant_digest: "0d3a".into(),
         fitted: vec![loaded("swing.csv")],
         held_out: vec![loaded("other.csv")],
-        repeat: Vec::new(),
         spectra: Vec::new(),
         modes: None,
         command: "obsid diagnose swing.csv --plant pendulum.toml".into(),

@@ -1,12 +1,12 @@
 //! Recordings of any length within the limit of the work.
 
 use super::*;
-use crate::engine::Engine;
+use crate::evidence::diagnose;
 use crate::synthetic::{off_priors, plant, problem, recording, with_effect};
 use identification::work::Watch;
 
-/// Both ways of deciding cost as much whatever the length of a recording beyond what the limit pays
-/// for; they say that the rest was left out.
+/// A diagnosis costs as much whatever the length of a recording beyond what the limit pays for; it
+/// says that the rest was left out.
 #[test]
 fn a_recording_longer_than_the_limit_pays_for_is_diagnosed_by_its_beginning() {
     let nominal = plant("pendulum");
@@ -15,19 +15,17 @@ fn a_recording_longer_than_the_limit_pays_for_is_diagnosed_by_its_beginning() {
     let longs = [of(30.0), of(60.0)];
     // four seconds
     let work_max = 4.0 / 30.0 * DIAGNOSIS_ROUNDS * EstimationSession::new(&longs[0], 1).unwrap().round_work();
-    for engine in [Engine::Cascade, Engine::Evidence] {
-        let spent = longs.each_ref().map(|long| {
-            let watch = Watch::default();
-            let options = Options { work_max, fit_work_min: 0.0, watch: watch.clone(), ..Options::default() };
-            let found = engine.diagnose(long, &options, &mut |_, _| {});
-            let is_said = |note: &String| note.starts_with(LIMIT_NOTE) && note.contains("all but the first");
-            assert!(found.notes.iter().any(is_said), "{engine:?}: {:?}", found.notes);
-            watch.counted()
-        });
-        // what every diagnosis computes once (a screening, maps, limits) is beyond the limit here
-        assert!(spent.iter().all(|spent| *spent < 5.0 * work_max), "{engine:?}: {spent:?} of {work_max:e}");
-        assert!((spent[1] / spent[0] - 1.0).abs() < 0.3, "{engine:?}: {spent:?}");
-    }
+    let spent = longs.each_ref().map(|long| {
+        let watch = Watch::default();
+        let options = Options { work_max, fit_work_min: 0.0, watch: watch.clone(), ..Options::default() };
+        let found = diagnose(long, &options, &mut |_, _| {});
+        let is_said = |note: &String| note.starts_with(LIMIT_NOTE) && note.contains("all but the first");
+        assert!(found.notes.iter().any(is_said), "{:?}", found.notes);
+        watch.counted()
+    });
+    // what every diagnosis computes once (a screening, maps, limits) is beyond the limit here
+    assert!(spent.iter().all(|spent| *spent < 5.0 * work_max), "{spent:?} of {work_max:e}");
+    assert!((spent[1] / spent[0] - 1.0).abs() < 0.3, "{spent:?}");
 }
 
 /// The part that was examined is silent about friction that acts behind it.

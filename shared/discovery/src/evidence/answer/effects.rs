@@ -2,6 +2,8 @@
 
 use super::super::decide::Weighted;
 use super::super::hypothesis::{Hypothesis, Part, name_of, unknown_of};
+use super::super::model::Ground;
+use super::super::onset::onset_estimates;
 use super::{REPORTED, Shown};
 use crate::diagnose::{EffectEvidence, EffectReport, ExtraParameterBound, ParameterReport, Rival, kept};
 use dynamics::effect::Role;
@@ -100,21 +102,23 @@ impl Shown<'_> {
         let model = &self.leader().model;
         let candidate = &part.column.candidate;
         let prefix = unknown_of(candidate, "");
+        let session = model.session(Ground { session: self.session });
+        let found = session.and_then(|session| onset_estimates(&session, (&model.fit, &model.noise), candidate));
+        let (times, sigma) = found.unwrap_or_else(|| (Vec::new(), model.fit.sigma.clone()));
         let own = model.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
         let fitted = own.map(|(i, unknown)| ParameterReport {
             name: unknown.parameter[prefix.len()..].to_owned(),
             value: model.fit.theta[i],
-            sigma: model.fit.sigma[i],
+            sigma: sigma[i],
             unit: unknown.unit.clone(),
         });
         let period_s = self.session.timelines[0].period_s;
         let role = |name: &str| candidate.effect.parameter(name).map(|parameter| parameter.role);
-        let times = candidate.inner.iter().filter(|(name, _)| matches!(role(name), Some(Role::Onset | Role::Duration)));
-        let times = times.map(|(name, value)| ParameterReport {
-            name: (*name).to_owned(),
-            value: *value,
-            sigma: period_s,
-            unit: "s".to_owned(),
+        let all = candidate.inner.iter().filter(|(name, _)| matches!(role(name), Some(Role::Onset | Role::Duration)));
+        let times = all.map(|(name, value)| {
+            let found = times.iter().find(|found| found.name == *name);
+            let (value, sigma) = found.map_or((*value, period_s), |found| (found.value, found.sigma));
+            ParameterReport { name: (*name).to_owned(), value, sigma, unit: "s".to_owned() }
         });
         fitted.chain(times).collect()
     }

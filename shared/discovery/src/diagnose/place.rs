@@ -1,8 +1,8 @@
 //! Whiteness of innovations, and where the evidence for an effect lies.
 
 use super::report::Where;
-use crate::compete::FittedModel;
-use crate::score::{Column, Score};
+use crate::omnibus::StrongestBin;
+use crate::unknown_law::{Acts, UnknownLaw};
 use estimation::consistency::ljung_box;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit};
@@ -30,23 +30,6 @@ pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseMode
         least = least.min(ljung_box(&series, LAGS).map_or(1.0, |statistic| chi_squared_tail(statistic, LAGS as f64)));
     }
     Some((least * channels as f64).min(1.0))
-}
-
-/// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of
-/// its middle eight tenths.
-pub(super) fn locate(
-    session: &EstimationSession<'_>,
-    before: &FittedModel,
-    column: &Column,
-    score: &Score,
-    p: f64,
-) -> Option<Where> {
-    let mut r = [before.fit.linearised.nu.clone()];
-    before.fit.linearised.whiten(session, &before.noise, &mut r)?;
-    let n = r[0].len();
-    let effect = |s: usize| -> f64 { score.projected.iter().zip(&score.amplitude).map(|(c, a)| a * c[s]).sum() };
-    let change: Vec<f64> = (0..n).map(effect).collect();
-    place_of(session, &change, &r[0], (column.candidate.site.to_string(), p))
 }
 
 /// Channel with most of `Σ c r`, and the middle eight tenths of `c²` over time, of whitened
@@ -90,4 +73,31 @@ pub(crate) fn place_of(
         states: Vec::new(),
         p,
     })
+}
+
+/// Where a time–frequency bin lies.
+pub(crate) fn bin_location(session: &EstimationSession<'_>, bin: &StrongestBin) -> Where {
+    let channel = session.problem.plant.sensors[bin.channel].name.clone();
+    Where { site: channel.clone(), channel, time: bin.time_s, band_hz: bin.band_hz, states: Vec::new(), p: bin.p() }
+}
+
+/// Where an unknown law acts.
+pub(crate) fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Where {
+    let (begin, end) = session
+        .problem
+        .runs
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, e), run| (b.min(run.begin_s), e.max(run.end_s)));
+    let channel = match map.place.acts {
+        Acts::Reading(channel) => session.problem.plant.sensors[channel].name.clone(),
+        Acts::Force(_) => String::new(),
+    };
+    Where {
+        channel,
+        site: map.place.site.clone(),
+        time: [begin, end],
+        band_hz: [0.0, 0.5 / session.timelines[0].period_s],
+        states: map.names.clone(),
+        p: (libm::exp(-0.5 * map.evidence) * map.tried as f64).min(alpha),
+    }
 }

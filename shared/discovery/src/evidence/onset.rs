@@ -1,30 +1,23 @@
-//! Onset and end of effects that begin or end within a recording.
+//! Onset and end of effects that begin or end within a recording, with standard errors.
 //!
-//! The score finds a time beside the nominal plant. In the accepted plant the other parameters have
-//! moved, so each edge in time is moved along the likelihood while all other parameters follow on
-//! the linear model. An edge has no derivative where an integration step crosses it. Alone, its
-//! standard error is half the width in which `−2 ln p` rises by less than one; differences over
-//! that width give its correlation with the other edge and with every other parameter.
+//! An edge in time has no derivative where an integration step crosses it. Alone, its standard
+//! error is half the width in which `−2 ln p` rises by less than one, all other parameters following
+//! on the linear model; differences over that width give its correlation with the other edge and
+//! with every other parameter.
 
-use super::refit::{ENDLESS_S, FittedModel, settled};
-use crate::score::{Candidate, Column};
+use crate::score::Candidate;
 use dynamics::description::{EffectUse, Plant};
 use dynamics::effect::Role;
-use estimation::golden_section::INVERSE_GOLDEN_RATIO;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Gain in `−2 ln p` from which an edge is moved: above the convergence tolerance, below any
-/// evidence.
-const EDGE_GAIN_MIN: f64 = 0.5;
-/// Sweeps between the edges and all other parameters.
-const EDGE_SWEEPS: usize = 3;
-/// Largest move of an edge in one turn: this share of the recording.
-const EDGE_MOVE_SHARE_MAX: f64 = 0.125;
 /// Least distance between two edges that are distinguished [sampling intervals], and relative
 /// tolerance of a width.
 const EDGE_RESOLUTION: f64 = 0.125;
+
+/// Duration from which an effect has no end in any recording \[s\].
+const ENDLESS_S: f64 = 1e8;
 
 /// A time inside an effect of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,89 +36,10 @@ struct Place {
 
 /// A time that was searched, with its standard error [s].
 #[derive(Clone, Debug, PartialEq)]
-pub struct TimeEstimate {
+pub(super) struct TimeEstimate {
     pub name: &'static str,
     pub value: f64,
     pub sigma: f64,
-}
-
-/// `refit` with the edges in time of its `members` at the maximum of the likelihood.
-///
-/// Cost: some forty passes and likelihoods for each edge, and a fit where one moved.
-pub fn refine_onsets(session: &EstimationSession<'_>, refit: FittedModel, members: &[&Column]) -> FittedModel {
-    let mut best = refit;
-    for _ in 0..EDGE_SWEEPS {
-        let Some(plant) = moved(session, &best, members) else { break };
-        let problem = session.problem.with_plant(&plant);
-        let found = settled(session, FittedModel { plant, problem, objective: f64::INFINITY, ..best.clone() });
-        if found.objective > best.objective - EDGE_GAIN_MIN {
-            break;
-        }
-        best = found;
-    }
-    best
-}
-
-/// The plant of `refit` with its edges moved; `None` where no move gains.
-fn moved(session: &EstimationSession<'_>, refit: &FittedModel, members: &[&Column]) -> Option<Plant> {
-    let own = EstimationSession::like(session, &refit.problem).ok()?;
-    let list: Vec<Place> = members.iter().flat_map(|column| places(&own, &refit.plant, &column.candidate)).collect();
-    (!list.is_empty()).then_some(())?;
-    let mut follow = Follow::new(&own, &refit.fit, &refit.noise);
-    let [begin_s, end_s] = span_s(&own);
-    let finest = own.timelines.first()?.period_s;
-    let mut plant = refit.plant.clone();
-    let present = follow.least(&plant)?;
-    let mut least = present;
-    let mut dearest = 0.0f64;
-    for place in list {
-        if !session.work.allows(dearest, "onsets and durations of effects") {
-            break;
-        }
-        let before = session.work.spent();
-        let at = time(&plant, place.effect, place.edge)?;
-        let mut value = |t_s: f64| {
-            let inside = (begin_s..=end_s).contains(&t_s).then(|| with(&plant, place, t_s)).flatten();
-            inside.and_then(|plant| follow.least(&plant)).unwrap_or(f64::INFINITY)
-        };
-        let (t_s, found) = lowest(&mut value, (at, least), [finest, EDGE_MOVE_SHARE_MAX * (end_s - begin_s)]);
-        if found < least {
-            (plant, least) = (with(&plant, place, t_s)?, found);
-        }
-        dearest = dearest.max(session.work.spent() - before);
-    }
-    (least < present - EDGE_GAIN_MIN).then_some(plant)
-}
-
-/// Minimum of `value` about `at` (where it is `present`): the best of steps that double up to
-/// `reach` on both sides, then golden section in its bracket.
-fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest, reach]: [f64; 2]) -> (f64, f64) {
-    let mut seen = vec![(at, present)];
-    let mut step = finest;
-    while step <= reach {
-        for t_s in [at - step, at + step] {
-            seen.push((t_s, value(t_s)));
-        }
-        step *= 2.0;
-    }
-    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let best = (0..seen.len()).min_by(|a, b| seen[*a].1.total_cmp(&seen[*b].1)).unwrap_or(0);
-    let mut low = seen[best.saturating_sub(1)].0;
-    let mut high = seen[(best + 1).min(seen.len() - 1)].0;
-    let mut best = seen[best];
-    while high - low > EDGE_RESOLUTION * finest {
-        // into the wider side
-        let is_up = high - best.0 > best.0 - low;
-        let t_s = best.0 + (1.0 - INVERSE_GOLDEN_RATIO) * if is_up { high - best.0 } else { low - best.0 };
-        let found = value(t_s);
-        if found < best.1 {
-            (low, high) = if is_up { (best.0, high) } else { (low, best.0) };
-            best = (t_s, found);
-        } else {
-            (low, high) = if is_up { (low, t_s) } else { (t_s, high) };
-        }
-    }
-    best
 }
 
 /// Onset and duration \[s\] of the effect of `candidate` that the search has found, with standard
@@ -133,7 +47,7 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
 /// such time.
 ///
 /// Cost: a bisection along the likelihood and two passes for each edge.
-pub fn onset_estimates(
+pub(super) fn onset_estimates(
     session: &EstimationSession<'_>,
     (fit, noise): (&Fit, &NoiseModel),
     candidate: &Candidate,
@@ -229,7 +143,7 @@ impl<'a, 'p> Follow<'a, 'p> {
 
     fn least(&mut self, plant: &Plant) -> Option<f64> {
         self.linearised.nu = self.session.innovations(plant, self.theta, &self.linearised.linears, &|_| true)?;
-        self.linearised.normal(self.session, self.theta, self.noise, &[])?.minimum_without()
+        self.linearised.normal(self.session, self.theta, self.noise, &[])?.least().map(|(least, _)| least)
     }
 
     /// Half the width in which the objective rises by less than one, at least the resolution of the
