@@ -115,8 +115,17 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let inclusion: Vec<f64> = (0..names).map(of).collect();
     let found = weight(&FINDINGS);
     let is_found = found >= LEVEL;
-    // what is wrong beyond doubt leads, even where it is open which kind it is
-    let is_wrong = !is_found && weight(&ALL) >= LEVEL;
+    let other = match () {
+        () if is_found => None,
+        () if weight(&[Class::Timing]) >= LEVEL => Some(Verdict::InputTiming),
+        () if weight(&[Class::Conflict]) >= LEVEL => Some(Verdict::ParameterConflict),
+        () if weight(&[Class::Noise, Class::Conflict, Class::Timing]) >= LEVEL || noise_is_off => {
+            Some(Verdict::NoiseModel)
+        }
+        () => None,
+    };
+    // what is wrong beyond doubt leads where it is open which kind it is
+    let is_wrong = !is_found && other.is_none() && weight(&ALL) >= LEVEL;
     let allowed = |model: &&(usize, &Weighted)| match is_wrong {
         true => holds(model.1, &ALL),
         false => holds(model.1, &FINDINGS) == is_found,
@@ -134,12 +143,8 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let leads = |classes: &[Class]| members.iter().any(|(class, _)| classes.contains(class));
     let verdict = if is_found {
         found_verdict(members, &inclusion)
-    } else if weight(&[Class::Timing]) >= LEVEL {
-        Verdict::InputTiming
-    } else if weight(&[Class::Conflict]) >= LEVEL {
-        Verdict::ParameterConflict
-    } else if weight(&[Class::Noise, Class::Conflict, Class::Timing]) >= LEVEL || noise_is_off {
-        Verdict::NoiseModel
+    } else if let Some(other) = other {
+        other
     } else if !is_wrong {
         Verdict::None
     } else if leads(&FINDINGS) {
@@ -214,6 +219,15 @@ mod tests {
         assert_eq!(shared(Class::Physics, Class::Noise), Verdict::CannotDecide);
         assert_eq!(shared(Class::Noise, Class::Physics), Verdict::NoiseModel);
         assert_eq!(shared(Class::Timing, Class::Physics), Verdict::InputTiming);
+    }
+
+    #[test]
+    fn a_model_with_a_law_never_leads_a_verdict_without_one() {
+        for (class, verdict) in [(Class::Noise, Verdict::NoiseModel), (Class::Conflict, Verdict::ParameterConflict)] {
+            let both = model(&[(Class::Physics, 0), (class, 1)], 0.85);
+            let found = decide(&[model(&[], 0.02), model(&[(class, 1)], 0.13), both], 2, false);
+            assert_eq!((found.verdict, found.leader), (verdict, 1));
+        }
     }
 
     #[test]
