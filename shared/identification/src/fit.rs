@@ -1,4 +1,5 @@
-//! Parameters and noise of one plant, estimated on all recordings at once by prediction errors.
+//! Parameters of one plant, estimated on all recordings at once by prediction errors, its noise
+//! given.
 //!
 //! Levenberg–Marquardt on whitened innovations with frozen gains, priors as further residuals;
 //! gains are computed again at each relinearisation. Who estimates the noise, too, does so apart, on

@@ -12,8 +12,7 @@ use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Least distance between two edges that are distinguished [sampling intervals], and relative
-/// tolerance of a width.
+/// Relative tolerance of a width.
 const EDGE_RESOLUTION: f64 = 0.125;
 
 /// Duration from which an effect has no end in any recording \[s\].

@@ -105,7 +105,7 @@ impl List {
     fn even_width(&self) -> Option<usize> {
         let width = if self.lists > 0 { self.width? } else { 1 };
         let is_one_kind = self.objects() == 0 && (self.lists == 0 || self.scalars == 0);
-        // an inner list for each column: what stands in a place says nothing of one
+        // an inner list for each column: a value in one place says nothing of it
         let lies = self.lists > 0 && self.count < width && self.kinds.iter().any(|kind| *kind > NUMBER);
         let has_column = self.kinds.iter().any(|kind| !is_text(*kind)) || width > self.kinds.len();
         (is_one_kind && width > 0 && self.count > 0 && !lies && has_column).then_some(width)

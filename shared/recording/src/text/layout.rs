@@ -151,7 +151,7 @@ fn laid_out(ahead: &[(u64, String)], dialect: Dialect) -> Option<Layout> {
     Some(with_header(above, interval, dialect, ahead[first].0, rows))
 }
 
-/// The columns whose cells are values in most of the last lines: what stands above the rows is no
+/// The columns whose cells are values in most of the last lines: what lies above the rows is no
 /// part of these.
 fn valued_columns(split: &[(usize, Vec<String>)], dialect: Dialect, width: usize) -> Vec<usize> {
     let later = (split.len().div_ceil(2)).min(TELLING);

@@ -1,4 +1,4 @@
-//! What stands above the names: units of columns, the time between two rows.
+//! Lines above the names: units of columns, the time between two rows.
 
 use crate::file;
 use recording::{Intake, SeriesSet};

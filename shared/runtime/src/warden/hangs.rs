@@ -87,7 +87,7 @@ impl Warden<'_> {
         }
     }
 
-    /// Who is stopped before its first sign of life: nobody else knows of it yet.
+    /// Who is stopped before its first sign of life: no other process knows of it yet.
     pub(super) fn end_stopped(&mut self) {
         if self.last_stopped.elapsed() < TICK {
             return;
