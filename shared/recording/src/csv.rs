@@ -9,27 +9,20 @@
 //! row.
 
 use crate::error::RecordingError;
-use crate::intake::clock::rank;
-use crate::intake::names::{heading, listed};
-use crate::intake::origin::origin_note;
-use crate::intake::plan::{Clock, Kind, Plan, Planned, Seen, Source, plan};
+use crate::intake::Intake;
+use crate::intake::names::listed;
+use crate::intake::plan::{Clock, Plan, Planned};
 use crate::intake::second_clock::SecondClock;
-use crate::intake::{Intake, TimeColumn};
 use crate::rows::Rows;
 use crate::table::Table;
 use crate::text::at_most::{AtMost, unpacked_max};
 use crate::text::cells::{Cells, Counts};
-use crate::text::dialect::{self, filled};
+use crate::text::dialect::filled;
 use crate::text::encoding::{Encoding, Returns, Utf16, text_of};
 use crate::text::foreign::{Foreign, foreign};
-use crate::text::interval::Interval;
-use crate::text::layout::{Layout, layout};
+use crate::text::layout::Layout;
 use crate::text::lines::Lines;
-use crate::text::number::number;
 use crate::text::printable;
-use crate::text::quantity::{number_in, quantity};
-use crate::text::stamps::Form;
-use crate::units::{Unit, unit_named};
 use crate::{Format, Imported, file_name};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
@@ -37,9 +30,13 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 mod date_order;
+mod each_row;
+mod planned;
 mod tidy;
 mod written;
 
+use each_row::{each_row, notes_of};
+use planned::{planned, seen};
 use tidy::Tidy;
 pub use written::{write_csv, write_series_csv, write_spectrum_csv};
 
@@ -166,146 +163,6 @@ fn ends_with_line_feed(path: &Path) -> Result<bool, RecordingError> {
     Ok(end[..n].contains(&b'\n'))
 }
 
-/// How the file is laid out, and what becomes of its columns.
-fn planned(file: &str, lines: &mut Lines<impl BufRead>, intake: &Intake) -> Result<(Layout, Plan), RecordingError> {
-    let ahead: Vec<(u64, String)> = lines.look_ahead(file)?.iter().map(|(line, text)| (*line, text_of(text))).collect();
-    let Some((first_line, first)) = ahead.first() else {
-        return Err(RecordingError::Empty { file: file.into() });
-    };
-    let Some(layout) = layout(&ahead) else {
-        return Err(without_rows(file, *first_line, first, &ahead, intake));
-    };
-    if let Some(error) = comma_of_two_uses(file, &ahead, &layout) {
-        return Err(error);
-    }
-    let columns = seen(&layout);
-    let source = Source { file, line: layout.header_line };
-    let mut plan = plan_with_interval(&source, &columns, &layout, intake)?;
-    plan.notes.extend(layout.notes.iter().cloned());
-    if layout.remarks > 0 {
-        plan.notes.push(format!("{} line(s) above the header are left out", layout.remarks));
-    }
-    Ok((layout, plan))
-}
-
-/// What becomes of the columns. Where none holds times, the rows follow each other in the interval
-/// that the lines above them state.
-fn plan_with_interval(
-    source: &Source<'_>,
-    columns: &[Seen],
-    layout: &Layout,
-    intake: &Intake,
-) -> Result<Plan, RecordingError> {
-    let first = plan(source, columns, intake);
-    let without_times = match &first {
-        Ok(plan) => matches!(plan.clock, Clock::Number { at, .. } if columns[at].sample.is_empty()),
-        Err(error) => matches!(error, RecordingError::NoTimeColumn { .. }),
-    };
-    // numbers above the rows are no names, but a row that is laid out otherwise
-    let are_names = layout.header.iter().all(|name| name.parse::<f64>().is_err());
-    let is_free = without_times && are_names && intake.time_column.is_none();
-    let Some(interval) = layout.interval.as_ref().filter(|_| is_free) else {
-        return first;
-    };
-    let unit = Some(Unit::scaled("s", interval.seconds, 1.0));
-    let by_rows = Some(TimeColumn { name: TimeColumn::ROWS.into(), unit });
-    let mut plan = plan(source, columns, &Intake { time_column: by_rows, ..intake.clone() })?;
-    let Interval { seconds, stated, .. } = interval;
-    plan.notes.push(format!("no column holds the times: the rows follow each other every {seconds} s ({stated})"));
-    Ok(plan)
-}
-
-/// The error of a file whose comma divides cells and decimals: rows have more cells than the line
-/// above them has names, and at least as many cells as there are too many are digits alone behind a
-/// whole number, in every row. Which digits belong together cannot be known.
-fn comma_of_two_uses(file: &str, ahead: &[(u64, String)], layout: &Layout) -> Option<RecordingError> {
-    if layout.dialect.separator != b',' || layout.dialect.signs.decimal_comma {
-        return None;
-    }
-    let above = ahead.iter().rev().find(|(line, _)| *line < layout.first_line)?;
-    let names = layout.dialect.split_quoted(&above.1).len().max(layout.header.len());
-    let width = layout.rows.iter().map(Vec::len).min()?;
-    if names >= width || 2 * names < width {
-        return None;
-    }
-    let digits = |cell: &str| !cell.is_empty() && cell.bytes().all(|byte| byte.is_ascii_digit());
-    let whole = |cell: &str| digits(cell.trim_start_matches(['-', '+']));
-    let is_part = |at: &usize| layout.rows.iter().all(|row| digits(&row[*at]) && whole(&row[at - 1]));
-    let parts: Vec<usize> = (1..width).filter(is_part).collect();
-    let last = parts.last().filter(|_| parts.len() >= width - names)?;
-    Some(RecordingError::UnknownFormat {
-        file: file.into(),
-        found: format!(
-            "line {} has {width} cells below {names} names; the comma divides them and seems to be the decimal sign, too",
-            layout.first_line
-        ),
-        cure: format!(
-            "write the file with `;` between cells, or with quotes around numbers; if column {} is one of its own, give it a name",
-            last + 1
-        ),
-    })
-}
-
-/// The error of a file in which no line has a number: its header's, where it has a fault too.
-fn without_rows(file: &str, line: u64, first: &str, ahead: &[(u64, String)], intake: &Intake) -> RecordingError {
-    let header = first.trim_start_matches('\u{feff}');
-    let cells: Vec<&str> = header.split([',', ';', '\t']).map(str::trim).collect();
-    let columns: Vec<Seen> = cells
-        .iter()
-        .map(|cell| Seen { header: (*cell).into(), unit: None, kind: Kind::Number, sample: Vec::new() })
-        .collect();
-    if let Err(error) = plan(&Source { file, line }, &columns, intake) {
-        return error;
-    }
-    match ahead.get(1) {
-        None => RecordingError::TooFewRows { file: file.into(), line, rows: 0 },
-        Some((line, text)) => RecordingError::UnknownFormat {
-            file: file.into(),
-            found: format!("line {line} has no number: `{}`", printable(text)),
-            cure: "give rows of numbers, one per time, below one header row".into(),
-        },
-    }
-}
-
-/// What was seen of the columns.
-fn seen(layout: &Layout) -> Vec<Seen> {
-    let width = layout.rows.iter().map(Vec::len).max().unwrap_or(0).max(layout.header.len());
-    let signs = layout.dialect.signs;
-    let column = |at: usize| {
-        let cells: Vec<&str> = layout.rows.iter().filter_map(|row| row.get(at)).map(String::as_str).collect();
-        let given: Vec<&str> = cells.iter().copied().filter(|cell| !dialect::is_missing(cell)).collect();
-        let header = layout.header.get(at).cloned().unwrap_or_default();
-        let unit = unit_stated(layout, at, &header, &given);
-        let own = unit.clone().or_else(|| heading(&header).unit).as_deref().and_then(unit_named);
-        let value = |cell: &&str| own.map_or(number(cell, signs), |own| number_in(own, cell, signs));
-        let numbers: Vec<f64> = given.iter().filter_map(value).collect();
-        let digits = || Form::of_digits(given.iter().copied()).filter(|_| rank(&heading(&header).name).is_some());
-        let kind = if let Some(form) = digits() {
-            Kind::Stamp(form)
-        } else if given.is_empty() {
-            // what has a name may have samples later
-            let nameless = layout.header.get(at).is_none_or(String::is_empty);
-            if nameless { Kind::Empty } else { Kind::Number }
-        } else if 2 * numbers.len() >= given.len() {
-            // a text among numbers is an error with its place
-            Kind::Number
-        } else {
-            Form::of(given.iter().copied()).map_or(Kind::Text, Kind::Stamp)
-        };
-        Seen { header, unit, kind, sample: numbers }
-    };
-    (0..width).map(column).collect()
-}
-
-/// The unit that stands apart from a column's name: in a line of units, else, where the name has
-/// none, in its cells.
-fn unit_stated(layout: &Layout, at: usize, header: &str, given: &[&str]) -> Option<String> {
-    let in_line = layout.units.get(at).filter(|unit| !unit.trim().is_empty());
-    let signs = layout.dialect.signs;
-    let in_cells = || given.iter().find_map(|cell| quantity(cell, signs)).map(|stated| stated.unit.to_owned());
-    in_line.cloned().or_else(|| if heading(header).unit.is_some() { None } else { in_cells() })
-}
-
 /// Takes every row of the file.
 fn taken(
     file: &str,
@@ -354,77 +211,6 @@ fn places_of(plan: &Plan) -> (String, Vec<usize>) {
     (printable(&plan.clock_header), positions.collect())
 }
 
-/// Lines that are no rows.
-#[derive(Default)]
-struct Others {
-    /// The first line behind the last row, and why it is not a row.
-    footer: Option<(u64, RecordingError)>,
-    /// Lines between rows that have no time.
-    skipped: Vec<u64>,
-    /// Text of the first of them, and why it is no row.
-    first: Option<(String, RecordingError)>,
-}
-
-/// Takes a row and the line on which it stands; the cells are those of that line.
-type Push<'p> = dyn FnMut(&Cells<'_>, u64, &[f64]) -> Result<(), RecordingError> + 'p;
-
-/// Gives every row to `push`, with its line. A line without a time is skipped, what follows the
-/// last row is the footer.
-fn each_row(
-    file: &str,
-    lines: &mut Lines<impl BufRead>,
-    first_line: u64,
-    cells: &mut Cells<'_>,
-    push: &mut Push<'_>,
-) -> Result<Others, RecordingError> {
-    let (mut row, mut rows) = (Vec::new(), 0);
-    let mut others = Others::default();
-    while lines.next(file, rows)? {
-        if lines.line < first_line || is_remark(&lines.text) {
-            continue;
-        }
-        let result = match cells.read(&lines.text, lines.line, &mut row) {
-            Ok(false) => continue,
-            Err(error) if cells.is_short() || cells.is_without_time() => {
-                others.add(lines, cells, error);
-                continue;
-            }
-            Err(error) => Err(error),
-            Ok(true) => others.row_follows().and_then(|()| push(cells, lines.line, &row)),
-        };
-        if let Err(error) = result {
-            return Err(lines.corruption(file).unwrap_or(error));
-        }
-        rows += 1;
-    }
-    others.are_few(rows)
-}
-
-impl Others {
-    fn add(&mut self, lines: &Lines<impl BufRead>, cells: &Cells<'_>, error: RecordingError) {
-        if self.footer.is_none() && cells.is_without_time() && !cells.is_of_names() {
-            self.skipped.push(lines.line);
-            self.first.get_or_insert((printable(&text_of(&lines.text)), error));
-        } else {
-            self.footer.get_or_insert((lines.line, error));
-        }
-    }
-
-    /// Behind what is no row and no remark no row can follow.
-    fn row_follows(&mut self) -> Result<(), RecordingError> {
-        self.footer.take().map_or(Ok(()), |(_, error)| Err(error))
-    }
-
-    /// Lines between the rows are few, or the file is something else than a table.
-    fn are_few(mut self, rows: usize) -> Result<Self, RecordingError> {
-        if 10 * self.skipped.len() > rows + 20 {
-            let first = self.first.take().map(|(_, error)| error);
-            return first.map_or(Ok(self), Err);
-        }
-        Ok(self)
-    }
-}
-
 fn clock_position(plan: &Plan) -> usize {
     match &plan.clock {
         Clock::Number { at, .. } => *at,
@@ -442,53 +228,4 @@ fn width_of(layout: &Layout) -> usize {
 
 fn is_remark(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), Some(b'#' | b'%'))
-}
-
-fn notes_of(cells: &Cells<'_>, plan: &Plan, others: Others, rows: usize) -> Result<Vec<String>, RecordingError> {
-    let mut notes = Vec::new();
-    // the day of a count that begins with the recording is none
-    let has_day = matches!(&plan.clock, Clock::Stamps(parts) if parts.iter().any(|(_, form)| form.has_day()));
-    if let Some(day) = cells.first_day().filter(|day| has_day || !day.starts_with("1970-01")) {
-        notes.push(format!("time counts from {day}T00:00:00"));
-    }
-    notes.extend(origin_note(cells.origin_s()));
-    notes.extend(plan.columns.iter().zip(&cells.counts).flat_map(|(of, counts)| notes_of_cells(&of.name, counts)));
-    let Others { footer, skipped, first } = others;
-    let (footer, skipped) = (footer.map(|(line, error)| (line, Some(error))), skipped);
-    if rows < 2 {
-        if let Some(error) = first.map(|(_, error)| error).or(footer.and_then(|(_, error)| error)) {
-            return Err(error);
-        }
-        return Ok(notes);
-    }
-    if let (Some(line), Some((text, _))) = (skipped.first(), first) {
-        notes
-            .push(format!("{} line(s) without a time are left out, the first is line {line}: `{text}`", skipped.len()));
-    }
-    if let Some((line, _)) = footer {
-        notes.push(format!("from line {line} on there are no whole rows: left out"));
-    }
-    Ok(notes)
-}
-
-/// What is to be noted of the cells of a column that are not plain numbers.
-fn notes_of_cells(name: &str, counts: &Counts) -> Vec<String> {
-    let mut notes = Vec::new();
-    if counts.infinite > 0 {
-        notes.push(format!("{} cell(s) of `{name}` are infinite: no sample", counts.infinite));
-    }
-    if let (Some(RecordingError::NotANumber { place, value }), true) = (&counts.first_text, counts.is_of_numbers()) {
-        let (count, line) = (counts.texts, place.line);
-        notes.push(format!("{count} cell(s) of `{name}` are no numbers: no sample (line {line}: `{value}`)"));
-    }
-    if let Some((line, text)) = &counts.first_marked {
-        let count = counts.marked;
-        notes.push(format!(
-            "{count} cell(s) of `{name}` are read without the mark behind the number (line {line}: `{text}`)"
-        ));
-    }
-    if counts.in_parentheses > 0 {
-        notes.push(format!("{} number(s) of `{name}` in parentheses are read as negative", counts.in_parentheses));
-    }
-    notes
 }

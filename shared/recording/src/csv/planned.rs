@@ -1,0 +1,162 @@
+//! How a text table is laid out, and what becomes of its columns.
+
+use crate::error::RecordingError;
+use crate::intake::clock::rank;
+use crate::intake::names::heading;
+use crate::intake::plan::{Clock, Kind, Plan, Seen, Source, plan};
+use crate::intake::{Intake, TimeColumn};
+use crate::text::dialect;
+use crate::text::encoding::text_of;
+use crate::text::interval::Interval;
+use crate::text::layout::{Layout, layout};
+use crate::text::lines::Lines;
+use crate::text::number::number;
+use crate::text::printable;
+use crate::text::quantity::{number_in, quantity};
+use crate::text::stamps::Form;
+use crate::units::{Unit, unit_named};
+use std::io::BufRead;
+
+/// How the file is laid out, and what becomes of its columns.
+pub(super) fn planned(
+    file: &str,
+    lines: &mut Lines<impl BufRead>,
+    intake: &Intake,
+) -> Result<(Layout, Plan), RecordingError> {
+    let ahead: Vec<(u64, String)> = lines.look_ahead(file)?.iter().map(|(line, text)| (*line, text_of(text))).collect();
+    let Some((first_line, first)) = ahead.first() else {
+        return Err(RecordingError::Empty { file: file.into() });
+    };
+    let Some(layout) = layout(&ahead) else {
+        return Err(without_rows(file, *first_line, first, &ahead, intake));
+    };
+    if let Some(error) = comma_of_two_uses(file, &ahead, &layout) {
+        return Err(error);
+    }
+    let columns = seen(&layout);
+    let source = Source { file, line: layout.header_line };
+    let mut plan = plan_with_interval(&source, &columns, &layout, intake)?;
+    plan.notes.extend(layout.notes.iter().cloned());
+    if layout.remarks > 0 {
+        plan.notes.push(format!("{} line(s) above the header are left out", layout.remarks));
+    }
+    Ok((layout, plan))
+}
+
+/// What becomes of the columns. Where none holds times, the rows follow each other in the interval
+/// that the lines above them state.
+fn plan_with_interval(
+    source: &Source<'_>,
+    columns: &[Seen],
+    layout: &Layout,
+    intake: &Intake,
+) -> Result<Plan, RecordingError> {
+    let first = plan(source, columns, intake);
+    let without_times = match &first {
+        Ok(plan) => matches!(plan.clock, Clock::Number { at, .. } if columns[at].sample.is_empty()),
+        Err(error) => matches!(error, RecordingError::NoTimeColumn { .. }),
+    };
+    // numbers above the rows are no names, but a row that is laid out otherwise
+    let are_names = layout.header.iter().all(|name| name.parse::<f64>().is_err());
+    let is_free = without_times && are_names && intake.time_column.is_none();
+    let Some(interval) = layout.interval.as_ref().filter(|_| is_free) else {
+        return first;
+    };
+    let unit = Some(Unit::scaled("s", interval.seconds, 1.0));
+    let by_rows = Some(TimeColumn { name: TimeColumn::ROWS.into(), unit });
+    let mut plan = plan(source, columns, &Intake { time_column: by_rows, ..intake.clone() })?;
+    let Interval { seconds, stated, .. } = interval;
+    plan.notes.push(format!("no column holds the times: the rows follow each other every {seconds} s ({stated})"));
+    Ok(plan)
+}
+
+/// The error of a file whose comma divides cells and decimals: rows have more cells than the line
+/// above them has names, and at least as many cells as there are too many are digits alone behind a
+/// whole number, in every row. Which digits belong together cannot be known.
+fn comma_of_two_uses(file: &str, ahead: &[(u64, String)], layout: &Layout) -> Option<RecordingError> {
+    if layout.dialect.separator != b',' || layout.dialect.signs.decimal_comma {
+        return None;
+    }
+    let above = ahead.iter().rev().find(|(line, _)| *line < layout.first_line)?;
+    let names = layout.dialect.split_quoted(&above.1).len().max(layout.header.len());
+    let width = layout.rows.iter().map(Vec::len).min()?;
+    if names >= width || 2 * names < width {
+        return None;
+    }
+    let digits = |cell: &str| !cell.is_empty() && cell.bytes().all(|byte| byte.is_ascii_digit());
+    let whole = |cell: &str| digits(cell.trim_start_matches(['-', '+']));
+    let is_part = |at: &usize| layout.rows.iter().all(|row| digits(&row[*at]) && whole(&row[at - 1]));
+    let parts: Vec<usize> = (1..width).filter(is_part).collect();
+    let last = parts.last().filter(|_| parts.len() >= width - names)?;
+    Some(RecordingError::UnknownFormat {
+        file: file.into(),
+        found: format!(
+            "line {} has {width} cells below {names} names; the comma divides them and seems to be the decimal sign, too",
+            layout.first_line
+        ),
+        cure: format!(
+            "write the file with `;` between cells, or with quotes around numbers; if column {} is one of its own, give it a name",
+            last + 1
+        ),
+    })
+}
+
+/// The error of a file in which no line has a number: its header's, where it has a fault too.
+fn without_rows(file: &str, line: u64, first: &str, ahead: &[(u64, String)], intake: &Intake) -> RecordingError {
+    let header = first.trim_start_matches('\u{feff}');
+    let cells: Vec<&str> = header.split([',', ';', '\t']).map(str::trim).collect();
+    let columns: Vec<Seen> = cells
+        .iter()
+        .map(|cell| Seen { header: (*cell).into(), unit: None, kind: Kind::Number, sample: Vec::new() })
+        .collect();
+    if let Err(error) = plan(&Source { file, line }, &columns, intake) {
+        return error;
+    }
+    match ahead.get(1) {
+        None => RecordingError::TooFewRows { file: file.into(), line, rows: 0 },
+        Some((line, text)) => RecordingError::UnknownFormat {
+            file: file.into(),
+            found: format!("line {line} has no number: `{}`", printable(text)),
+            cure: "give rows of numbers, one per time, below one header row".into(),
+        },
+    }
+}
+
+/// What was seen of the columns.
+pub(super) fn seen(layout: &Layout) -> Vec<Seen> {
+    let width = layout.rows.iter().map(Vec::len).max().unwrap_or(0).max(layout.header.len());
+    let signs = layout.dialect.signs;
+    let column = |at: usize| {
+        let cells: Vec<&str> = layout.rows.iter().filter_map(|row| row.get(at)).map(String::as_str).collect();
+        let given: Vec<&str> = cells.iter().copied().filter(|cell| !dialect::is_missing(cell)).collect();
+        let header = layout.header.get(at).cloned().unwrap_or_default();
+        let unit = unit_stated(layout, at, &header, &given);
+        let own = unit.clone().or_else(|| heading(&header).unit).as_deref().and_then(unit_named);
+        let value = |cell: &&str| own.map_or(number(cell, signs), |own| number_in(own, cell, signs));
+        let numbers: Vec<f64> = given.iter().filter_map(value).collect();
+        let digits = || Form::of_digits(given.iter().copied()).filter(|_| rank(&heading(&header).name).is_some());
+        let kind = if let Some(form) = digits() {
+            Kind::Stamp(form)
+        } else if given.is_empty() {
+            // what has a name may have samples later
+            let nameless = layout.header.get(at).is_none_or(String::is_empty);
+            if nameless { Kind::Empty } else { Kind::Number }
+        } else if 2 * numbers.len() >= given.len() {
+            // a text among numbers is an error with its place
+            Kind::Number
+        } else {
+            Form::of(given.iter().copied()).map_or(Kind::Text, Kind::Stamp)
+        };
+        Seen { header, unit, kind, sample: numbers }
+    };
+    (0..width).map(column).collect()
+}
+
+/// The unit that stands apart from a column's name: in a line of units, else, where the name has
+/// none, in its cells.
+fn unit_stated(layout: &Layout, at: usize, header: &str, given: &[&str]) -> Option<String> {
+    let in_line = layout.units.get(at).filter(|unit| !unit.trim().is_empty());
+    let signs = layout.dialect.signs;
+    let in_cells = || given.iter().find_map(|cell| quantity(cell, signs)).map(|stated| stated.unit.to_owned());
+    in_line.cloned().or_else(|| if heading(header).unit.is_some() { None } else { in_cells() })
+}
