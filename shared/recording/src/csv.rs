@@ -213,7 +213,7 @@ fn places_of(plan: &Plan) -> (String, Vec<usize>) {
 
 fn clock_position(plan: &Plan) -> usize {
     match &plan.clock {
-        Clock::Number { at, .. } => *at,
+        Clock::Number { at, .. } | Clock::Steps { at, .. } => *at,
         Clock::Stamps(parts) => parts[0].0,
         Clock::Rows { .. } => 0,
     }

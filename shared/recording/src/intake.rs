@@ -11,6 +11,7 @@
 
 mod assignment;
 pub(crate) mod clock;
+pub(crate) mod day_counts;
 pub(crate) mod join;
 pub(crate) mod listing;
 mod map_file;
@@ -20,6 +21,7 @@ pub(crate) mod plan;
 pub(crate) mod quantities;
 pub(crate) mod second_clock;
 pub(crate) mod stamps;
+pub(crate) mod times;
 
 pub use assignment::{Assignment, Origin};
 pub use clock::TimeColumn;

@@ -1,5 +1,6 @@
 //! Units of time that name their zero: `seconds since 2024-03-05 15:00:00`, as netCDF writes them.
 
+use crate::intake::stamps::{Form, Stamp};
 use crate::texts::seconds_of;
 use crate::units::unit_named;
 use jiff::civil::{Date, DateTime, Time};
@@ -20,6 +21,15 @@ impl Since {
         let unit = unit_named(unit.trim()).filter(|unit| unit.si == "s")?;
         let origin_ns = zero(date.trim())?;
         Some(Since { count_s: unit.to_si(1.0), origin_ns })
+    }
+
+    /// How the counts of a text are read; `None` of a zero that no stamp has.
+    pub fn form(&self) -> Option<Form> {
+        let day_ns = 86_400_000_000_000;
+        let day = i64::try_from(self.origin_ns.div_euclid(day_ns)).ok()?;
+        let within_ns = i64::try_from(self.origin_ns.rem_euclid(day_ns)).ok()?;
+        let count_ns = Some((self.count_s * 1e9).round()).filter(|ns| (1.0..1e18).contains(ns))? as i64;
+        Some(Form::Since(count_ns, Stamp { day, within_ns }))
     }
 
     /// A count \[s since 1970\], and what its `f64` does not hold; `rest` is that of the count.

@@ -3,7 +3,7 @@
 use super::is_remark;
 use crate::error::RecordingError;
 use crate::intake::origin::origin_note;
-use crate::intake::plan::{Clock, Plan};
+use crate::intake::plan::Plan;
 use crate::text::cells::{Cells, Counts};
 use crate::text::encoding::text_of;
 use crate::text::lines::Lines;
@@ -88,12 +88,10 @@ pub(super) fn notes_of(
     rows: usize,
 ) -> Result<Vec<String>, RecordingError> {
     let mut notes = Vec::new();
-    // the day of a count that begins with the recording is none
-    let has_day = matches!(&plan.clock, Clock::Stamps(parts) if parts.iter().any(|(_, form)| form.has_day()));
-    if let Some(day) = cells.first_day().filter(|day| has_day || !day.starts_with("1970-01")) {
-        notes.push(format!("time counts from {day}T00:00:00"));
+    match cells.first_day() {
+        Some(day) => notes.push(format!("time counts from {day}T00:00:00")),
+        None => notes.extend(origin_note(cells.origin_s())),
     }
-    notes.extend(origin_note(cells.origin_s()));
     notes.extend(plan.columns.iter().zip(&cells.counts).flat_map(|(of, counts)| notes_of_cells(&of.name, counts)));
     let Others { footer, skipped, first } = others;
     let (footer, skipped) = (footer.map(|(line, error)| (line, Some(error))), skipped);

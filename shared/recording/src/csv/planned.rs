@@ -1,7 +1,6 @@
 //! How a text table is laid out, and what becomes of its columns.
 
 use crate::error::RecordingError;
-use crate::intake::clock::rank;
 use crate::intake::names::heading;
 use crate::intake::plan::{Clock, Kind, Plan, Seen, Source, plan};
 use crate::intake::{Intake, TimeColumn};
@@ -134,7 +133,7 @@ pub(super) fn seen(layout: &Layout) -> Vec<Seen> {
         let own = unit.clone().or_else(|| heading(&header).unit).as_deref().and_then(unit_named);
         let value = |cell: &&str| own.map_or(number(cell, signs), |own| number_in(own, cell, signs));
         let numbers: Vec<f64> = given.iter().filter_map(value).collect();
-        let digits = || Form::of_digits(given.iter().copied()).filter(|_| rank(&heading(&header).name).is_some());
+        let digits = || Form::of_digits(&heading(&header).name, given.iter().copied());
         let kind = if let Some(form) = digits() {
             Kind::Stamp(form)
         } else if given.is_empty() {

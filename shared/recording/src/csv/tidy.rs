@@ -151,7 +151,7 @@ fn numbers_names(layout: &Layout, at: usize, names: usize) -> bool {
 fn divides_times(layout: &Layout, clock: &Clock, names: usize) -> bool {
     let time_of = |row: &Vec<String>| -> Option<String> {
         match clock {
-            Clock::Number { at, .. } => row.get(*at).cloned(),
+            Clock::Number { at, .. } | Clock::Steps { at, .. } => row.get(*at).cloned(),
             Clock::Stamps(parts) => Some(parts.iter().filter_map(|(at, _)| row.get(*at)).cloned().collect()),
             Clock::Rows { .. } => None,
         }

@@ -1,5 +1,6 @@
 //! The clock of a recording: which column holds the times, and in what unit.
 
+use super::day_counts;
 use crate::error::RecordingError;
 use crate::units::{Unit, unit_named};
 
@@ -73,6 +74,8 @@ pub(crate) fn rank(name: &str) -> Option<u8> {
             Some(1)
         }
         "header stamp" | "field header stamp" | "rosbagtimestamp" | "timestamp sample" | "x value" => Some(2),
+        word if COUNTED.contains(&word) => Some(4),
+        _ if day_counts::is_named(name) => Some(3),
         word if TIMES.contains(&word) || unit_named(word).is_some_and(|unit| is_of_seconds(word, unit)) => Some(1),
         // `time us`, `sim time`, `log time s`: a time word, and units or qualifiers beside it
         _ => {
@@ -107,8 +110,56 @@ pub(crate) fn part_of_second(name: &str, unit: Option<&str>) -> Option<i64> {
 
 /// Whether a word for time is among those of a name.
 pub(crate) fn has_word(name: &str) -> bool {
-    words_of(name).split(' ').any(|word| TIMES.contains(&word))
+    words_of(name).split(' ').any(|word| TIMES.contains(&word)) || day_counts::is_named(name)
 }
+
+/// Whether a name says that a column has the time since the row before, as `dt_us` does.
+pub(crate) fn is_of_steps(name: &str) -> bool {
+    let words = words_of(name);
+    let bare = match words.rsplit_once(' ') {
+        Some((bare, last)) if unit_named(last).is_some_and(|unit| unit.si == "s") && last != "t" => bare,
+        _ => &words,
+    };
+    matches!(
+        bare,
+        "dt" | "delta t"
+            | "d t"
+            | "delta time"
+            | "time delta"
+            | "timedelta"
+            | "deltat"
+            | "time step"
+            | "timestep"
+            | "time diff"
+            | "time difference"
+            | "diff time"
+            | "interval"
+            | "time interval"
+            | "sample interval"
+            | "time since last"
+            | "time since last sample"
+            | "since last"
+    )
+}
+
+/// Words that are a unit of time below a second and nothing else: a column called so counts it.
+const COUNTED: &[&str] = &[
+    "millis",
+    "msec",
+    "msecs",
+    "millisecond",
+    "milliseconds",
+    "micros",
+    "usec",
+    "usecs",
+    "microsecond",
+    "microseconds",
+    "nanos",
+    "nsec",
+    "nsecs",
+    "nanosecond",
+    "nanoseconds",
+];
 
 /// A word that names seconds in full, and nothing shorter than `sec`.
 fn is_of_seconds(word: &str, unit: Unit) -> bool {
@@ -149,7 +200,7 @@ const TIMES: &[&str] = &[
 ];
 
 /// The words of a name in small letters, one blank between them: `logTime_us`, `TimeUS`.
-fn words_of(name: &str) -> String {
+pub(crate) fn words_of(name: &str) -> String {
     let mut plain = String::new();
     let mut small = false;
     for c in name.chars() {
@@ -164,11 +215,15 @@ fn words_of(name: &str) -> String {
     plain.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The unit that the name of a clock ends in: `t_s`, `TimeUS`, `stamp_ns`.
+/// The unit that the name of a clock ends in: `t_s`, `TimeUS`, `stamp_ns`; a name may be one alone,
+/// `seconds`.
 pub(crate) fn ending(name: &str) -> Option<Unit> {
     let plain = words_of(name);
-    let (_, last) = plain.rsplit_once(' ')?;
-    unit_named(last).filter(|unit| unit.si == "s")
+    let unit = |word| unit_named(word).filter(|unit| unit.si == "s");
+    match plain.rsplit_once(' ') {
+        Some((_, last)) => unit(last),
+        None => unit(&plain).filter(|unit| is_of_seconds(&plain, *unit) || COUNTED.contains(&plain.as_str())),
+    }
 }
 
 const QUALIFIERS: &[&str] = &[
@@ -229,6 +284,7 @@ const QUALIFIERS: &[&str] = &[
     "transcurrido",
     "relativ",
     "relativa",
+    "offset",
 ];
 
 /// Stamps of these years tell their unit by their size [s since 1970]: 2000 to 2100.
@@ -236,22 +292,6 @@ pub(crate) const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0
 /// Sampling intervals that a stamp since 1970 can have [s]: a number that counts something else is
 /// seldom read as such a stamp with such steps.
 const EPOCH_INTERVAL_S: core::ops::Range<f64> = 1e-6..1000.0;
-
-/// First days of 2000 and of 2100 as programs count days, and from when they count.
-const DAY_COUNTS: &[(core::ops::Range<f64>, &str)] = &[
-    (36_526.0..73_051.0, "1899-12-30, as spreadsheets count them"),
-    (730_486.0..767_011.0, "the year 0, as MATLAB counts them"),
-    (2_451_544.5..2_488_069.5, "noon of -4712-01-01, as astronomers count them"),
-];
-/// Steps that numbers of days have [days]: a tenth of a microsecond to a quarter of an hour.
-const DAY_STEPS: core::ops::Range<f64> = 1e-12..1e-2;
-
-/// From when `samples` count days, if they do: numbers of this century in small parts of a day.
-fn counts_days(samples: &[f64], step: f64) -> Option<&'static str> {
-    let first = samples.first()?;
-    let is_part = DAY_STEPS.contains(&step) && samples.iter().any(|value| value.fract() != 0.0);
-    DAY_COUNTS.iter().find(|(days, _)| is_part && days.contains(first)).map(|(_, since)| *since)
-}
 
 /// The unit of times whose file states none, and a note that says so.
 ///
@@ -271,8 +311,8 @@ pub(crate) fn guessed(name: &str, samples: &[f64]) -> Result<(Unit, String), (St
             return Ok((*unit, note));
         }
     }
-    if let Some(since) = counts_days(samples, step) {
-        return Ok((known("d"), format!("`{name}` states no unit: its numbers are days since {since}")));
+    if day_counts::is_named(name) {
+        return Ok((known("d"), format!("`{name}` counts days from a zero that is not known")));
     }
     if samples.iter().any(|value| value.fract() != 0.0) || samples.is_empty() {
         return Ok((units[0], format!("`{name}` states no unit: seconds are assumed")));

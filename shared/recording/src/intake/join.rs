@@ -1,8 +1,9 @@
 //! Datasets of a file as a recording: the one that is meant, or all that have a clock side by side.
 
 use super::names::listed;
-use super::origin::{Origin, origin_note};
-use super::plan::{Clock, Kind, Plan, Planned, Seen, Source, plan};
+use super::origin::origin_note;
+use super::plan::{Kind, Plan, Planned, Seen, Source, plan};
+use super::times::Times;
 use super::{Assignment, Intake};
 use crate::Imported;
 use crate::conversions::series;
@@ -117,9 +118,12 @@ fn one(file: &str, dataset: &RawDataset, intake: &Intake) -> Result<Imported, Re
     let mut plan = planned(file, dataset, intake)?;
     let assigned = |name: &str| intake.channels.iter().any(|of| of.own == name);
     for of in plan.columns.iter_mut().filter(|of| !dataset.name.is_empty() && !assigned(&of.name)) {
-        of.name = format!("{}.{}", dataset.name, of.name);
+        let own = format!("{}.{}", dataset.name, of.name);
+        plan.second_clocks.iter_mut().for_each(|second| second.rename(&of.name, &own));
+        of.name = own;
     }
-    let (mut imported, origin_s) = rows(file, dataset, &plan)?;
+    let (imported, origin_s) = rows(file, dataset, &plan)?;
+    let mut imported = plan.second_clocks.iter().try_fold(imported, |imported, second| second.given(imported))?;
     let notes = imported.notes_mut();
     notes.extend(plan.notes);
     notes.extend(origin_note(origin_s));
@@ -161,26 +165,11 @@ pub(crate) fn planned(file: &str, dataset: &RawDataset, intake: &Intake) -> Resu
 fn rows(file: &str, dataset: &RawDataset, plan: &Plan) -> Result<(Imported, i64), RecordingError> {
     let columns = plan.columns.iter().map(Planned::column);
     let mut rows = Rows::new(file, plan.axis, columns.collect());
-    let origin = match &plan.clock {
-        Clock::Number { at, unit } => {
-            let first = dataset.columns[*at].values.iter().copied().find(|value| value.is_finite());
-            Origin::of(*unit, first.unwrap_or(0.0))
-        }
-        _ => Origin::of(Unit::not_stated(), 0.0),
-    };
-    rows.origin_s = origin.second;
-    let start_s = if let Axis::Uniform { start_s, .. } = dataset.axis { start_s } else { 0.0 };
+    let mut times = Times::of(dataset, &plan.clock);
     let mut row = Vec::with_capacity(plan.columns.len() + 1);
     for i in 0..dataset.rows() {
         let at = |column: usize| dataset.columns[column].values.get(i).copied().unwrap_or(f64::NAN);
-        let time = match &plan.clock {
-            Clock::Number { at: column, .. } => {
-                let rest = dataset.columns[*column].rest.get(i).copied().unwrap_or(0.0);
-                origin.time_s(at(*column), rest)
-            }
-            Clock::Rows { interval_s } => start_s + i as f64 * interval_s,
-            Clock::Stamps(_) => f64::NAN,
-        };
+        let time = times.next(i);
         if time.is_nan() {
             continue;
         }
@@ -189,7 +178,8 @@ fn rows(file: &str, dataset: &RawDataset, plan: &Plan) -> Result<(Imported, i64)
         row.extend(plan.columns.iter().map(|of| of.unit.to_si(at(of.at)) * of.scale).map(finite));
         rows.push(i as u64 + 1, &row)?;
     }
-    rows.finish().map(|imported| (imported, origin.second))
+    rows.origin_s = times.origin_s();
+    rows.finish().map(|imported| (imported, times.origin_s()))
 }
 
 /// What is infinite is no sample.

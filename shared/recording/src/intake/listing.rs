@@ -2,6 +2,7 @@
 
 use super::Intake;
 use super::plan::Clock;
+use super::times::Times;
 use crate::dataset::{Axis, RawDataset};
 use crate::series::SeriesSet;
 use crate::spectrum::Spectrum;
@@ -68,13 +69,13 @@ impl ListedDataset {
 
     pub(crate) fn of_raw(file: &str, dataset: &RawDataset, intake: &Intake) -> Self {
         let plan = super::join::planned(file, dataset, intake);
-        let time = |i: usize| match plan.as_ref().ok().map(|plan| &plan.clock)? {
-            Clock::Number { at, unit } => dataset.columns[*at].values.get(i).map(|value| unit.to_si(*value)),
-            Clock::Rows { interval_s } => Some(i as f64 * interval_s),
-            Clock::Stamps(_) => None,
-        };
+        let mut times = plan.as_ref().ok().map(|plan| Times::of(dataset, &plan.clock));
+        let rows = 0..dataset.rows();
+        let all: Vec<f64> = times.as_mut().map_or_else(Vec::new, |times| rows.map(|i| times.next(i)).collect());
+        let origin_s = times.map_or(0.0, |times| times.origin_s() as f64);
+        let time = |i: usize| all.get(i).map(|time| time + origin_s);
         let clock = match plan.as_ref().map(|plan| &plan.clock) {
-            Ok(Clock::Number { at, .. }) => Some(*at),
+            Ok(Clock::Number { at, .. } | Clock::Steps { at, .. }) => Some(*at),
             _ => match dataset.axis {
                 Axis::Time(at) | Axis::Frequency(at) => Some(at),
                 _ => None,

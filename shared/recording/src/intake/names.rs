@@ -97,7 +97,7 @@ fn divided(text: &str) -> Heading {
     if let Some((name, unit)) = text
         .strip_suffix(')')
         .and_then(parenthesised)
-        .filter(|(name, unit)| is_unit_of(name, unit) && !name.trim().is_empty())
+        .filter(|(name, unit)| (is_unit_of(name, unit) || is_since(unit)) && !name.trim().is_empty())
     {
         return stated(name, unit);
     }
@@ -117,6 +117,11 @@ fn divided(text: &str) -> Heading {
         return stated(name, unit);
     }
     Heading { name: text.into(), unit: ending(text) }
+}
+
+/// Whether a text is a unit of time that names its zero: `ms since boot`.
+fn is_since(text: &str) -> bool {
+    text.split_once(" since ").and_then(|(unit, _)| unit_named(unit)).is_some_and(|unit| unit.si == "s")
 }
 
 /// `name [unit] rest`, cut at the bracket.

@@ -9,12 +9,6 @@
 use super::clock::EPOCH_S;
 use crate::units::Unit;
 
-/// [s]
-const DAY_S: f64 = 86_400.0;
-/// Days of 2000 to 2100 as spreadsheets count them, and 1970-01-01.
-const SPREADSHEET_DAYS: core::ops::Range<f64> = 36_526.0..73_051.0;
-const SPREADSHEET_1970: f64 = 25_569.0;
-
 /// The clock of one dataset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin {
@@ -30,10 +24,6 @@ impl Origin {
     pub fn of(unit: Unit, first: f64) -> Self {
         let (first_s, counts_per_s) = (unit.to_si(first), unit.to_si(1.0).recip().round());
         let is_exact = counts_per_s >= 1.0 && unit.to_si(counts_per_s) == 1.0;
-        if unit.to_si(1.0) == DAY_S && SPREADSHEET_DAYS.contains(&first) {
-            let counts = first.floor();
-            return Origin { unit, counts, second: ((counts - SPREADSHEET_1970) * DAY_S) as i64 };
-        }
         let second = if EPOCH_S.contains(&first_s) && is_exact { first_s.floor() } else { 0.0 };
         Origin { unit, counts: second * counts_per_s, second: second as i64 }
     }

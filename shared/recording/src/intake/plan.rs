@@ -14,6 +14,7 @@ use crate::units::{UNITS, Unit, accepted_for, unit_named};
 use std::collections::{HashMap, HashSet};
 
 mod clocks;
+mod in_parts;
 
 pub(crate) use clocks::date_order_note;
 use clocks::{axis_of, position};
@@ -46,11 +47,28 @@ pub(crate) enum Clock {
         at: usize,
         unit: Unit,
     },
-    /// A stamp, or a date and a time of day.
+    /// A stamp, or parts of one, whose sum is the time.
     Stamps(Vec<(usize, Form)>),
+    /// The time since the row before.
+    Steps {
+        at: usize,
+        unit: Unit,
+    },
     Rows {
         interval_s: f64,
     },
+}
+
+impl Clock {
+    /// Whether the times have a date.
+    pub fn has_day(&self) -> bool {
+        matches!(self, Clock::Stamps(parts) if parts.iter().any(|(_, form)| form.has_day()))
+    }
+
+    /// Whether the times are of a day without a date, which begin again at midnight.
+    pub fn is_of_a_day(&self) -> bool {
+        matches!(self, Clock::Stamps(parts) if parts.iter().any(|(_, form)| form.is_of_a_day())) && !self.has_day()
+    }
 }
 
 /// A channel to be.
@@ -118,7 +136,7 @@ pub(crate) fn plan(source: &Source<'_>, all: &[Seen], intake: &Intake) -> Result
     let mut notes = Vec::new();
     let (axis, clock) = axis_of(source, &columns, intake, &mut notes)?;
     let taken: Vec<usize> = match &clock {
-        Clock::Number { at, .. } => vec![*at],
+        Clock::Number { at, .. } | Clock::Steps { at, .. } => vec![*at],
         Clock::Stamps(parts) => parts.iter().map(|(at, _)| *at).collect(),
         Clock::Rows { .. } => Vec::new(),
     };

@@ -1,50 +1,69 @@
-//! Columns of times behind the first: clocks of the columns that follow them, where a file puts
-//! channels of different rates side by side.
+//! Columns of times beside the clock of the rows: clocks of the columns that follow them, where a
+//! file puts channels with clocks of their own side by side, or other clocks of the same rows.
 
-use super::clock;
+use super::clock::{self, EPOCH_S};
 use super::names::heading;
-use super::origin::Origin;
 use super::plan::{Clock, Kind, Planned, Seen};
 use crate::error::RecordingError;
 use crate::series::SeriesSet;
+use crate::units::Unit;
 use crate::{Imported, series};
 use channels::Channel;
 
 /// Fewest numbers that show a clock.
 const NUMBERS_MIN: usize = 4;
-/// Share of its rate by which a clock differs from another.
-const RATE_SHARE: f64 = 1e-2;
 
 /// A clock of some of the columns.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SecondClock {
     /// Channel that it was read as.
     name: String,
-    /// Names of the channels that follow it up to the next clock.
+    /// Seconds of one of the channel's numbers.
+    seconds: f64,
+    /// Names of the channels that follow it up to the next clock; none: it is another clock of the
+    /// rows.
     channels: Vec<String>,
 }
 
-/// The clocks among the channels to be: columns of rising times whose steps are not those of the
-/// clock of the rows.
+/// The clocks among the channels to be: columns that are called as clocks are, with rising times.
+/// What follows the clock of the rows at once is another clock of the rows.
 pub(crate) fn of(all: &[Seen], first: &Clock, planned: &[Planned]) -> Vec<SecondClock> {
-    let Clock::Number { at, unit } = first else { return Vec::new() };
-    let Some(own) = step(&all[*at].sample).map(|step| unit.to_si(step)) else { return Vec::new() };
-    let is_clock = |of: &Planned| {
-        let seen = &all[of.at];
-        let differs = step(&seen.sample).is_some_and(|step| (of.unit.to_si(step) / own - 1.0).abs() > RATE_SHARE);
-        of.at > *at
-            && of.unit.si == "s"
-            && seen.kind == Kind::Number
-            && is_named(&heading(&seen.header).name)
-            && differs
+    let at = match first {
+        Clock::Number { at, .. } | Clock::Steps { at, .. } => *at,
+        Clock::Stamps(parts) => parts.iter().map(|(at, _)| *at).max().unwrap_or(0),
+        Clock::Rows { .. } => return Vec::new(),
     };
-    let clocks: Vec<usize> = (0..planned.len()).filter(|k| is_clock(&planned[*k])).collect();
-    let end = |k: usize| clocks.get(k + 1).copied().unwrap_or(planned.len());
-    let names = |k: usize, clock: usize| planned[clock + 1..end(k)].iter().map(|of| of.name.clone()).collect();
-    let each = clocks.iter().enumerate();
-    each.map(|(k, clock)| SecondClock { name: planned[*clock].name.clone(), channels: names(k, *clock) })
-        .filter(|second| !second.channels.is_empty())
-        .collect()
+    let clocks: Vec<(usize, Unit)> =
+        planned.iter().enumerate().filter_map(|(k, of)| Some((k, unit_of_clock(&all[of.at], of)?))).collect();
+    let end = |k: usize| clocks.get(k + 1).map_or(planned.len(), |(next, _)| *next);
+    let second = |(k, (place, unit)): (usize, &(usize, Unit))| {
+        let of = &planned[*place];
+        let is_of_rows = of.at < at || (at + 1..of.at).all(|between| is_clock_or_unused(all, planned, between));
+        let followers = if is_of_rows { &[] } else { &planned[place + 1..end(k)] };
+        let channels = followers.iter().map(|of| of.name.clone()).collect();
+        SecondClock { name: of.name.clone(), seconds: unit.to_si(1.0) / of.unit.to_si(1.0), channels }
+    };
+    clocks.iter().enumerate().map(second).collect()
+}
+
+/// Whether a column is no channel with values of its own.
+fn is_clock_or_unused(all: &[Seen], planned: &[Planned], at: usize) -> bool {
+    planned.iter().find(|of| of.at == at).is_none_or(|of| unit_of_clock(&all[at], of).is_some())
+}
+
+/// The unit of a column that is called as a clock is, and whose numbers rise.
+fn unit_of_clock(seen: &Seen, of: &Planned) -> Option<Unit> {
+    let name = heading(&seen.header).name;
+    let rises = seen.sample.is_sorted_by(|before, after| before < after) && seen.sample.len() >= NUMBERS_MIN;
+    if seen.kind != Kind::Number || !rises || !is_named(&name) {
+        return None;
+    }
+    let stated = (of.unit.si == "s").then_some(of.unit);
+    let silent = of.unit_in_file.is_empty();
+    stated.or_else(|| clock::ending(&name).filter(|_| silent)).or_else(|| {
+        let (unit, _) = clock::guessed(&name, &seen.sample).ok()?;
+        silent.then_some(unit)
+    })
 }
 
 /// Whether a name is one of a clock, but for a number at its end.
@@ -53,44 +72,91 @@ fn is_named(name: &str) -> bool {
     clock::rank(stem).is_some() || clock::has_word(stem)
 }
 
-/// Step of numbers that rise throughout.
-fn step(numbers: &[f64]) -> Option<f64> {
-    let rises = numbers.is_sorted_by(|before, after| before < after) && numbers.len() >= NUMBERS_MIN;
-    rises.then(|| (numbers[numbers.len() - 1] - numbers[0]) / (numbers.len() - 1) as f64)
-}
-
 impl SecondClock {
+    /// Follows a channel that gets another name.
+    pub fn rename(&mut self, from: &str, to: &str) {
+        for name in self.channels.iter_mut().chain([&mut self.name]).filter(|name| *name == from) {
+            to.clone_into(name);
+        }
+    }
+
     /// The recording in which the channels behind this clock have its times.
     ///
     /// # Errors
     /// As of [`series`].
     pub fn given(&self, imported: Imported) -> Result<Imported, RecordingError> {
         let mut set = match imported {
+            Imported::Table(mut table) if self.channels.is_empty() => {
+                table.notes.push(self.of_rows());
+                return Ok(Imported::Table(table));
+            }
             Imported::Table(_) | Imported::Series(_) => series(imported)?,
             other => return Ok(other),
         };
+        if self.channels.is_empty() {
+            set.notes.push(self.of_rows());
+            return Ok(Imported::Series(set));
+        }
         let Some(clock) = self.times(&set) else {
             set.notes.push(format!("`{}` is called as a clock is, but its times do not rise: a channel", self.name));
             return Ok(Imported::Series(set));
         };
-        for channel in set.recording.channels.iter_mut().filter(|channel| self.channels.contains(&channel.name)) {
+        if !self.has_zero_of_rows(&clock, &set) {
+            set.notes.push(format!(
+                "`{0}` counts from another zero than the clock of the rows, which times {1}, too: say --time-column \
+                 '{0}' if it is the better one",
+                self.name,
+                self.channels.join(", ")
+            ));
+            return Ok(Imported::Series(set));
+        }
+        let is_same = clock.value.iter().zip(&clock.time_s).all(|(own, row)| (own - row).abs() <= 1e-9 * row.abs());
+        for channel in set.recording.channels.iter_mut().filter(|of| !is_same && self.channels.contains(&of.name)) {
             *channel = on_clock(channel, &clock);
         }
         set.recording.channels.retain(|channel| channel.name != self.name);
-        set.notes.push(format!("`{}` is the clock of {}", self.name, self.channels.join(", ")));
+        set.notes.push(if is_same {
+            format!("`{}` repeats the times of the rows: left out", self.name)
+        } else {
+            format!("`{}` is the clock of {}", self.name, self.channels.join(", "))
+        });
         Ok(Imported::Series(set))
     }
 
-    /// The times of the clock at those of the rows, counted from where the rows count.
+    fn of_rows(&self) -> String {
+        format!(
+            "`{}` is another clock of the rows, not used: --time-column '{}' takes it instead",
+            self.name, self.name
+        )
+    }
+
+    /// The times of the clock \[s\] at those of the rows.
     fn times(&self, set: &SeriesSet) -> Option<Channel> {
         let mut clock = set.recording.channel_named(&self.name)?.clone();
-        let seconds = crate::units::unit_named("s")?;
-        let origin_s = Origin::of(seconds, *clock.value.first()?).second;
-        if origin_s != 0 {
+        clock.value.iter_mut().for_each(|time| *time *= self.seconds);
+        if is_of_1970(&clock) {
             clock.value.iter_mut().for_each(|time| *time -= set.origin_s as f64);
         }
         clock.value.is_sorted_by(|before, after| before < after).then_some(clock)
     }
+
+    /// Whether the clock counts from where that of the rows does: both from 1970 or neither, and at
+    /// times that overlap.
+    fn has_zero_of_rows(&self, clock: &Channel, set: &SeriesSet) -> bool {
+        let from_1970 = set.recording.channel_named(&self.name).is_some_and(|raw| {
+            let raw = raw.value.iter().map(|time| time * self.seconds).collect();
+            is_of_1970(&Channel { value: raw, ..clock.clone() })
+        });
+        let ends = |of: &[f64]| of.first().copied().zip(of.last().copied());
+        let overlap =
+            ends(&clock.value).zip(ends(&clock.time_s)).is_some_and(|(own, row)| own.0 <= row.1 && row.0 <= own.1);
+        from_1970 == (set.origin_s != 0) && overlap
+    }
+}
+
+/// Whether times \[s\] are those since 1970.
+fn is_of_1970(clock: &Channel) -> bool {
+    clock.value.first().is_some_and(|first| EPOCH_S.contains(first))
 }
 
 /// The samples of a channel at the times that another clock has in the same rows.

@@ -1,9 +1,12 @@
 //! Date and time as text: ISO 8601, ordinal days, what spreadsheets, loggers and the C library of
 //! different countries write, and counts that stand for a time.
 
+mod counts;
 mod reading;
 mod words;
 
+use super::clock;
+pub(crate) use counts::sum;
 use reading::Reading;
 
 /// A stamp: whole days since 1970-01-01 and nanoseconds within the day.
@@ -63,6 +66,19 @@ pub(crate) enum Form {
     Count(i64),
     /// As [`Form::Count`], in digits to base 16 behind `0x`.
     Hex(i64),
+    /// A count of this many nanoseconds from a date.
+    Since(i64, Stamp),
+    /// Parts of a second, of which there are so many.
+    Part(i64),
+    /// Hours of the day, which begin again at midnight.
+    Hour,
+    /// `145958.25`, a time of day.
+    TimeOfDigits,
+    /// `050324`, a date.
+    DateOfDigits(Order),
+    Year,
+    /// Of the year, from 1.
+    Month,
 }
 
 impl Form {
@@ -80,18 +96,30 @@ impl Form {
         times.into_iter().chain([Form::Elapsed, Form::Hex(1)]).chain(dates).find(all)
     }
 
-    /// The form of numbers that are dates: `20240305145958000`, year to second or millisecond.
-    pub fn of_digits<'a>(mut cells: impl Iterator<Item = &'a str> + Clone) -> Option<Self> {
-        let is_date = |cell: &str| reading::of_digits(cell.trim()).is_some();
-        (cells.clone().next().is_some() && cells.all(is_date)).then_some(Form::DateTime(Order::Stated))
+    /// The form of numbers alone that are dates and times, in a column called `name`:
+    /// `20240305145958000`, year to second or millisecond; the time of day of satellite receivers,
+    /// `145958.25`, and their date, `050324`.
+    pub fn of_digits<'a>(name: &str, cells: impl Iterator<Item = &'a str> + Clone) -> Option<Self> {
+        cells.clone().next()?;
+        let all = |is: &dyn Fn(&str) -> bool| cells.clone().all(|cell| is(cell.trim()));
+        if clock::rank(name).is_some() && all(&|cell| reading::of_digits(cell).is_some()) {
+            return Some(Form::DateTime(Order::Stated));
+        }
+        let words = clock::words_of(name);
+        let has = |of: &[&str]| words.split(' ').any(|word| of.contains(&word));
+        let six = |cell: &str| cell.split_once('.').map_or(cell, |(whole, _)| whole).len() == 6;
+        if has(&["utc", "gmt", "hhmmss"]) && all(&|cell| six(cell) && Form::TimeOfDigits.read(cell).is_some()) {
+            return Some(Form::TimeOfDigits);
+        }
+        let orders = [Order::Stated, Order::Day, Order::Month, Order::Year].map(Form::DateOfDigits);
+        let is_date = has(&["date", "datum", "fecha", "ddmmyy", "yyyymmdd", "yymmdd"]);
+        orders.into_iter().find(|form| is_date && all(&|cell| form.read(cell).is_some()))
     }
 
     /// The stamp that `cell` states in this form.
     pub fn read(self, cell: &str) -> Option<Stamp> {
         let cell = cell.trim();
         match self {
-            Form::Count(ns) => counted(cell, ns),
-            Form::Hex(ns) => of_hex(cell, ns),
             Form::DateTime(order) => {
                 let reading = reading::of_digits(cell).or_else(|| Reading::of(cell, order))?;
                 (reading.time.is_some() && reading.clock != Some(Clock::Minutes)).then(|| reading.stamp(true)).flatten()
@@ -99,13 +127,22 @@ impl Form {
             Form::Date(order) => Reading::of(cell, order).filter(|reading| reading.time.is_none())?.stamp(true),
             Form::Time(clock) => Reading::of(cell, Order::Stated).filter(|of| of.clock == Some(clock))?.stamp(false),
             Form::Elapsed => Reading::of(cell, Order::Stated)?.since_beginning(),
+            Form::DateOfDigits(order) => reading::date_of_digits(cell, order),
+            _ => counts::of_cell(self, cell),
         }
+    }
+
+    /// The stamp that a number states in this form, `rest` being what its `f64` does not hold.
+    pub fn of_value(self, value: f64, rest: f64) -> Option<Stamp> {
+        counts::of_value(self, value, rest)
     }
 
     /// The order that is taken for the dates, where they do not say it.
     pub fn open_order(self) -> Option<Order> {
         match self {
-            Form::DateTime(order) | Form::Date(order) if order != Order::Stated => Some(order),
+            Form::DateTime(order) | Form::Date(order) | Form::DateOfDigits(order) if order != Order::Stated => {
+                Some(order)
+            }
             _ => None,
         }
     }
@@ -113,16 +150,22 @@ impl Form {
     /// The form with another order of its dates, where they do not say it.
     pub fn with_order(self, order: Order) -> Self {
         match self {
-            Form::DateTime(Order::Stated) | Form::Date(Order::Stated) => self,
+            Form::DateTime(Order::Stated) | Form::Date(Order::Stated) | Form::DateOfDigits(Order::Stated) => self,
             Form::DateTime(_) => Form::DateTime(order),
             Form::Date(_) => Form::Date(order),
+            Form::DateOfDigits(_) => Form::DateOfDigits(order),
             _ => self,
         }
     }
 
     /// Whether the stamps are dates.
     pub fn has_day(self) -> bool {
-        matches!(self, Form::DateTime(_) | Form::Date(_))
+        matches!(self, Form::DateTime(_) | Form::Date(_) | Form::DateOfDigits(_) | Form::Since(..) | Form::Year)
+    }
+
+    /// Whether the stamps are times of a day.
+    pub fn is_of_a_day(self) -> bool {
+        matches!(self, Form::Time(_) | Form::Hour | Form::TimeOfDigits)
     }
 }
 
@@ -132,18 +175,6 @@ const DAY_NS: i64 = 86_400_000_000_000;
 fn of_ns(ns: i128) -> Option<Stamp> {
     let day = ns.div_euclid(DAY_NS.into());
     Some(Stamp { day: i64::try_from(day).ok()?, within_ns: i64::try_from(ns.rem_euclid(DAY_NS.into())).ok()? })
-}
-
-fn counted(cell: &str, ns: i64) -> Option<Stamp> {
-    let (whole, fraction) = cell.split_once(['.', ',']).unwrap_or((cell, "0"));
-    let part: f64 = format!("0.{fraction}").parse().ok()?;
-    let whole: i128 = whole.parse().ok()?;
-    of_ns(whole.checked_mul(ns.into())? + (part * ns as f64) as i128)
-}
-
-fn of_hex(cell: &str, ns: i64) -> Option<Stamp> {
-    let digits = cell.strip_prefix("0x").or_else(|| cell.strip_prefix("0X"))?;
-    of_ns(i128::from(u64::from_str_radix(digits, 16).ok()?).checked_mul(ns.into())?)
 }
 
 impl Stamp {
@@ -235,7 +266,15 @@ mod tests {
         {
             assert_eq!(Form::of([cell].into_iter()), None, "{cell}");
         }
-        assert_eq!(Form::of_digits(["20240305145958000"].into_iter()), Some(Form::DateTime(Order::Stated)));
-        assert_eq!(Form::of_digits(["20241305145958000"].into_iter()), None);
+        let digits = |name: &str, cell: &'static str| Form::of_digits(name, [cell].into_iter());
+        assert_eq!(digits("time", "20240305145958000"), Some(Form::DateTime(Order::Stated)));
+        assert_eq!(digits("utc_time", "145958.25"), Some(Form::TimeOfDigits));
+        assert_eq!(digits("date", "050324"), Some(Form::DateOfDigits(Order::Day)));
+        assert_eq!(digits("Date", "20240305"), Some(Form::DateOfDigits(Order::Stated)));
+        for (name, cell) in
+            [("time", "20241305145958000"), ("time", "145958.25"), ("utc", "45958.25"), ("rate", "050324")]
+        {
+            assert_eq!(digits(name, cell), None, "{name} {cell}");
+        }
     }
 }

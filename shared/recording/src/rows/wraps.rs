@@ -47,7 +47,7 @@ impl Wraps {
         let (day, week) = ((86_400.0, "a day"), (604_800.0, "a week"));
         let (hour, half) = ((3600.0, "an hour"), (43_200.0, "half a day"));
         let periods = match &plan.clock {
-            Times::Rows { .. } => Vec::new(),
+            Times::Rows { .. } | Times::Steps { .. } => Vec::new(),
             Times::Number { unit, .. } => {
                 let bits = [8, 16, 24, 32].map(|bits| of_bits(bits, unit.to_si(1.0)));
                 bits.into_iter().chain([hour, day, week].map(named)).collect()

@@ -6,7 +6,9 @@ use super::number::{Marked, marked, number};
 use super::printable;
 use super::quantity::{number_in, quantity};
 use super::signs::Signs;
+use super::stamps::{self, Stamp};
 use crate::error::{Place, RecordingError};
+use crate::intake::clock::EPOCH_S;
 use crate::intake::origin::{Origin, split_text};
 use crate::intake::plan::{Clock, Plan};
 use crate::rows::Axis;
@@ -28,6 +30,8 @@ pub(crate) struct Cells<'a> {
     day: Option<i64>,
     midnights: i64,
     last_ns: i64,
+    /// Sum of the steps so far, for a clock that has them.
+    elapsed_s: f64,
     /// What the cells of each channel were that are not plain numbers.
     pub counts: Vec<Counts>,
 }
@@ -81,6 +85,7 @@ impl<'a> Cells<'a> {
             day: None,
             midnights: 0,
             last_ns: i64::MIN,
+            elapsed_s: 0.0,
             counts,
         }
     }
@@ -116,14 +121,14 @@ impl<'a> Cells<'a> {
     /// or behind them.
     pub fn is_without_time(&self) -> bool {
         let at = match &self.plan.clock {
-            Clock::Number { at, .. } => *at,
+            Clock::Number { at, .. } | Clock::Steps { at, .. } => *at,
             Clock::Stamps(parts) => parts[0].0,
             Clock::Rows { .. } => 0,
         };
         let lead = self.record.get(at).map(text_of).unwrap_or_default();
         let is_time = match &self.plan.clock {
             Clock::Stamps(parts) => parts[0].1.read(&lead).is_some(),
-            Clock::Number { .. } => number(&lead, self.dialect.signs).is_some(),
+            Clock::Number { .. } | Clock::Steps { .. } => number(&lead, self.dialect.signs).is_some(),
             Clock::Rows { .. } => number(&lead, self.dialect.signs).is_some() || is_missing(&lead),
         };
         !is_time
@@ -195,40 +200,53 @@ impl<'a> Cells<'a> {
                 let (stamp, rest) = exact.unwrap_or((value, 0.0));
                 self.finite(origin.time_s(stamp, rest), line, *at, &self.plan.clock_header)
             }
+            Clock::Steps { at, unit } => {
+                let cell = text_of(&self.record[*at]);
+                let step = number_in(*unit, &cell, self.dialect.signs);
+                // there is nothing before the first row
+                let step = step.or_else(|| (self.rows == 0 && is_missing(&cell)).then_some(0.0));
+                let missing = || self.not_a_number(line, *at, &self.plan.clock_header, &self.record[*at]);
+                let step_s = unit.to_si(step.ok_or_else(missing)?);
+                self.elapsed_s += if self.rows == 0 { 0.0 } else { step_s };
+                self.finite(self.elapsed_s, line, *at, &self.plan.clock_header)
+            }
             Clock::Stamps(parts) => {
-                let (mut day, mut within_ns, mut dated) = (0, 0, false);
+                let mut stamps = Vec::with_capacity(parts.len());
                 for (at, form) in parts {
                     let cell = &self.record[*at];
                     let stamp = form.read(&text_of(cell));
-                    let stamp = stamp.ok_or_else(|| self.not_a_number(line, *at, &self.plan.clock_header, cell))?;
-                    dated |= !matches!(form, super::stamps::Form::Time(_));
-                    (day, within_ns) = (day + stamp.day, within_ns + stamp.within_ns);
+                    let header = self.header.get(*at).map_or(self.plan.clock_header.as_str(), String::as_str);
+                    stamps.push((*form, stamp.ok_or_else(|| self.not_a_number(line, *at, header, cell))?));
                 }
-                Ok(self.since_first_day(day, within_ns, dated))
+                Ok(self.since_first_day(stamps::sum(stamps.into_iter())))
             }
         }
     }
 
-    fn since_first_day(&mut self, day: i64, within_ns: i64, dated: bool) -> f64 {
+    fn since_first_day(&mut self, Stamp { day, within_ns }: Stamp) -> f64 {
         const HALF_A_DAY_NS: i64 = 43_200_000_000_000;
         // a clock without a date that goes back by most of a day has passed midnight
-        if !dated && self.last_ns.saturating_sub(within_ns) > HALF_A_DAY_NS && self.last_ns != i64::MIN {
-            self.midnights += 1;
-        }
+        let is_back = self.last_ns.saturating_sub(within_ns) > HALF_A_DAY_NS && self.last_ns != i64::MIN;
+        self.midnights += i64::from(is_back && self.plan.clock.is_of_a_day());
         self.last_ns = within_ns;
-        let stamp = super::stamps::Stamp { day: day + self.midnights, within_ns };
+        let stamp = Stamp { day: day + self.midnights, within_ns };
         stamp.since_s(*self.day.get_or_insert(stamp.day))
     }
 
-    /// What the times of a clock of numbers count from [s since 1970]; 0: from where the file says.
+    /// What the times count from [s since 1970]; 0: from where the file says.
     pub fn origin_s(&self) -> i64 {
-        self.origin.map_or(0, |origin| origin.second)
+        self.dated().map(|day| day * 86_400).or(self.origin.map(|origin| origin.second)).unwrap_or(0)
     }
 
-    /// The day that the times of a clock of stamps count from.
+    /// The day that the times of a clock of dates count from.
     pub fn first_day(&self) -> Option<String> {
-        let dated = matches!(&self.plan.clock, Clock::Stamps(parts) if parts.iter().any(|(_, form)| !matches!(form, super::stamps::Form::Time(_))));
-        self.day.filter(|_| dated).map(|day| super::stamps::Stamp { day, within_ns: 0 }.day_text())
+        self.dated().map(|day| Stamp { day, within_ns: 0 }.day_text())
+    }
+
+    /// The first day, where it is one of a date: stated, or of seconds that count from 1970.
+    fn dated(&self) -> Option<i64> {
+        let is_date = |day: &i64| self.plan.clock.has_day() || EPOCH_S.contains(&(*day as f64 * 86_400.0));
+        self.day.filter(is_date)
     }
 
     /// NaN where the cell of a time record says that no sample was taken.

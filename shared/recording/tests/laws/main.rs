@@ -6,6 +6,7 @@ mod bad_tables;
 mod cells;
 mod channel_maps;
 mod clocks;
+mod clocks_in_parts;
 mod damage;
 mod dialects;
 mod digests;

@@ -1,12 +1,15 @@
 //! Which columns are the clock of a dataset: by what the user says, else by name, form and numbers.
 
+use super::in_parts::{of_calendar, of_gps, second_and_parts};
 use super::{Clock, Column, Heading, Kind, Source, unknown_unit};
 use crate::error::RecordingError;
 use crate::intake::Intake;
 use crate::intake::clock::{self, TimeColumn};
+use crate::intake::day_counts::DayCount;
 use crate::intake::names::{cleaned, listed};
 use crate::intake::stamps::{Form, Order};
 use crate::rows::Axis;
+use crate::since::Since;
 use crate::text::printable;
 use crate::units::{Unit, unit_named};
 
@@ -75,31 +78,44 @@ pub(super) fn position(columns: &[Column<'_>], name: &str) -> Option<usize> {
         .or_else(|| name.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).filter(|at| *at < columns.len()))
 }
 
-/// The column whose name says that it holds the times: the best name, of equals the first.
+/// The columns whose names say that they hold the times: the best name, of equals the first; a clock
+/// in several columns before the one of them that is called like a clock, too.
 fn clock_by_name(
     source: &Source<'_>,
     columns: &[Column<'_>],
     notes: &mut Vec<String>,
 ) -> Result<Option<Clock>, RecordingError> {
     let usable = |column: &Column<'_>| matches!(column.seen.kind, Kind::Number | Kind::Stamp(_) | Kind::Empty);
-    let is_of_time =
-        |column: &Column<'_>| column.heading.unit.as_deref().and_then(unit_named).is_some_and(|unit| unit.si == "s");
-    let rank = |at: usize, column: &Column<'_>| {
-        clock::rank(&column.heading.name)
-            // a date beside a time of day
-            .or_else(|| matches!(column.seen.kind, Kind::Stamp(form) if !matches!(form, Form::Hex(_))).then_some(4))
-            // whatever it is called
-            .or_else(|| (at == 0 && is_of_time(column) && !is_frequency(&column.heading)).then_some(5))
+    let rank = |column: &Column<'_>| {
+        let is_stamp = matches!(column.seen.kind, Kind::Stamp(form) if !matches!(form, Form::Hex(_)));
+        // a date beside a time of day
+        clock::rank(&column.heading.name).or_else(|| is_stamp.then_some(4))
     };
     let ranked = columns.iter().enumerate().filter(|(_, column)| usable(column));
-    let best = ranked.filter_map(|(at, column)| Some((rank(at, column)?, at))).min();
-    match best {
-        Some((_, at)) => clock_at(source, columns, at, None, notes).map(Some),
+    let best = ranked.filter_map(|(at, column)| Some((rank(column)?, at))).min().map(|(_, at)| at);
+    for in_parts in [of_calendar(columns), of_gps(columns)].into_iter().flatten() {
+        if best.is_none_or(|best| in_parts.parts.iter().any(|(at, _)| *at == best)) {
+            return Ok(Some(in_parts.clock(notes)));
+        }
+    }
+    let is_of_time =
+        |column: &Column<'_>| column.heading.unit.as_deref().and_then(unit_named).is_some_and(|unit| unit.si == "s");
+    let whatever = |first: &&Column<'_>| usable(first) && is_of_time(first) && !is_frequency(&first.heading);
+    let first = || columns.first().filter(whatever).map(|_| 0);
+    match best.or_else(|| columns.iter().position(holds_steps)).or_else(first) {
+        Some(at) => clock_at(source, columns, at, None, notes).map(Some),
         None => rising_clock(source, columns, notes),
     }
 }
 
-/// The one column with a word for time in its name whose numbers rise from row to row: `time_imu`.
+/// Whether a column has the time since the row before: its name says so and its numbers do not rise.
+fn holds_steps(column: &Column<'_>) -> bool {
+    let sample = &column.seen.sample;
+    let is_step = column.seen.kind == Kind::Number && clock::is_of_steps(&column.heading.name);
+    is_step && sample.len() > 1 && sample.iter().all(|step| *step >= 0.0) && !sample.is_sorted_by(|a, b| a < b)
+}
+
+/// The first column with a word for time in its name whose numbers rise from row to row: `time_imu`.
 fn rising_clock(
     source: &Source<'_>,
     columns: &[Column<'_>],
@@ -111,8 +127,7 @@ fn rising_clock(
     let is_clock = |column: &Column<'_>| {
         column.seen.kind == Kind::Number && clock::has_word(&column.heading.name) && rises(column)
     };
-    let mut clocks = columns.iter().enumerate().filter(|(_, column)| is_clock(column));
-    let (Some((at, column)), None) = (clocks.next(), clocks.next()) else { return Ok(None) };
+    let Some((at, column)) = columns.iter().enumerate().find(|(_, column)| is_clock(column)) else { return Ok(None) };
     let clock = clock_at(source, columns, at, None, notes)?;
     notes.push(format!("`{}` is taken for the times: its name and its rising numbers say so", column.heading.name));
     Ok(Some(clock))
@@ -129,16 +144,15 @@ fn clock_at(
     match column.seen.kind {
         Kind::Stamp(Form::Hex(_)) => {}
         Kind::Stamp(form) => return Ok(stamps(columns, at, form, notes)),
-        _ => {
-            if let Some(parts) = said.is_none().then(|| second_and_parts(columns, at)).flatten() {
-                notes.push(format!(
-                    "time is `{}` and the part of a second in `{}`",
-                    column.heading.name,
-                    columns[at + 1].heading.name
-                ));
-                return Ok(Clock::Stamps(parts));
+        _ if said.is_none() => {
+            if let Some(in_parts) = second_and_parts(columns, at) {
+                return Ok(in_parts.clock(notes));
+            }
+            if let Some(form) = since_a_date(&column.heading) {
+                return Ok(Clock::Stamps(vec![(at, form)]));
             }
         }
+        _ => {}
     }
     if let Some(found) = clock::hopeless(&column.seen.sample) {
         let cure = "export the file again with all digits of the time (a spreadsheet has rounded them)";
@@ -148,49 +162,76 @@ fn clock_at(
             cure: cure.into(),
         });
     }
-    let unit = match (said.or_else(|| ended(&column.heading)), &column.heading.unit) {
-        (Some(unit), _) => unit,
-        (None, Some(text)) => unit_named(text)
-            .filter(|unit| unit.si == "s")
-            .ok_or_else(|| unknown_unit(source.place(at, &column.seen.header), text, Some("s")))?,
-        (None, None) if matches!(column.seen.kind, Kind::Stamp(_)) => {
-            let name = &column.heading.name;
-            return Err(RecordingError::BadClock {
-                place: source.place(at, &column.seen.header),
-                found: format!("`{name}` states no unit, and numbers to base 16 do not tell it"),
-                cure: format!("say the unit: --time-column {name}:us (or s, ms, ns, 100Hz)"),
-            });
-        }
-        (None, None) => {
-            let (unit, note) = clock::guessed(&column.heading.name, &column.seen.sample).map_err(|(found, cure)| {
-                RecordingError::BadClock { place: source.place(at, &column.seen.header), found, cure }
-            })?;
-            notes.push(note);
-            unit
-        }
-    };
+    if holds_steps(column) {
+        let unit = unit_at(source, column, at, said, notes)?;
+        let name = &column.heading.name;
+        notes.push(format!("`{name}` is the time since the row before: the times are its sums, from 0 on"));
+        return Ok(Clock::Steps { at, unit });
+    }
+    let days = DayCount::of(&column.heading.name, &column.seen.sample);
+    let unit = said.or_else(|| stated_unit(&column.heading));
+    if let Some(days) = days.filter(|_| unit.is_none_or(|unit| unit.to_si(1.0) == DAY_S)) {
+        notes.push(format!("the numbers of `{}` are days since {}", column.heading.name, days.since));
+        return Ok(Clock::Stamps(vec![(at, days.form())]));
+    }
+    let unit = unit_at(source, column, at, said, notes)?;
     if matches!(column.seen.kind, Kind::Stamp(Form::Hex(_))) {
-        return Ok(Clock::Stamps(vec![(at, Form::Hex((unit.to_si(1.0) * 1e9).round() as i64))]));
+        return Ok(Clock::Stamps(vec![(at, Form::Hex(count_ns(unit)))]));
     }
     Ok(Clock::Number { at, unit })
 }
 
-/// A column of whole seconds, and behind it one of the parts of a second: `sec`, `nanosec`.
-fn second_and_parts(columns: &[Column<'_>], at: usize) -> Option<Vec<(usize, Form)>> {
-    let (whole, part) = (&columns[at], columns.get(at + 1)?);
-    let ns = clock::part_of_second(&part.heading.name, part.heading.unit.as_deref())?;
-    let of_seconds = whole.heading.unit.as_deref().and_then(unit_named).is_none_or(|unit| unit.to_si(1.0) == 1.0);
-    let is_whole = |column: &Column<'_>| {
-        column.seen.kind == Kind::Number && column.seen.sample.iter().all(|value| value.fract() == 0.0 && *value >= 0.0)
-    };
-    let within = part.seen.sample.iter().all(|value| value * ns as f64 <= 1e9);
-    (of_seconds && is_whole(whole) && is_whole(part) && within)
-        .then(|| vec![(at, Form::Count(1_000_000_000)), (at + 1, Form::Count(ns))])
+/// \[s\]
+const DAY_S: f64 = 86_400.0;
+
+fn count_ns(unit: Unit) -> i64 {
+    (unit.to_si(1.0) * 1e9).round() as i64
 }
 
-/// The unit in which the name of a clock ends, where no other is stated.
-fn ended(heading: &Heading) -> Option<Unit> {
-    if heading.unit.is_some() { None } else { clock::ending(&heading.name) }
+/// A count since a date that the heading names: `time [seconds since 2024-03-05 15:00:00]`.
+fn since_a_date(heading: &Heading) -> Option<Form> {
+    Since::parse(heading.unit.as_deref()?)?.form()
+}
+
+/// The unit that a heading of a clock states: apart, at the end of the name, or as the name.
+fn stated_unit(heading: &Heading) -> Option<Unit> {
+    match &heading.unit {
+        Some(text) => unit_named(text).filter(|unit| unit.si == "s"),
+        None => clock::ending(&heading.name),
+    }
+}
+
+/// The unit of a clock: said, stated, or guessed from its numbers.
+fn unit_at(
+    source: &Source<'_>,
+    column: &Column<'_>,
+    at: usize,
+    said: Option<Unit>,
+    notes: &mut Vec<String>,
+) -> Result<Unit, RecordingError> {
+    if let Some(unit) = said.or_else(|| stated_unit(&column.heading)) {
+        return Ok(unit);
+    }
+    let (name, place) = (&column.heading.name, || source.place(at, &column.seen.header));
+    if let Some(text) = &column.heading.unit {
+        // a zero that is no date: the times count from it, wherever it is
+        let (count, zero) = text.split_once(" since ").unwrap_or((text, ""));
+        let unit = unit_named(count).filter(|unit| unit.si == "s" && !zero.is_empty());
+        let unit = unit.ok_or_else(|| unknown_unit(place(), text, Some("s")))?;
+        notes.push(format!("`{name}` counts from `{}`, which is no date that is known", printable(zero)));
+        return Ok(unit);
+    }
+    if matches!(column.seen.kind, Kind::Stamp(_)) {
+        return Err(RecordingError::BadClock {
+            place: place(),
+            found: format!("`{name}` states no unit, and numbers to base 16 do not tell it"),
+            cure: format!("say the unit: --time-column {name}:us (or s, ms, ns, 100Hz)"),
+        });
+    }
+    let guessed = clock::guessed(name, &column.seen.sample);
+    let (unit, note) = guessed.map_err(|(found, cure)| RecordingError::BadClock { place: place(), found, cure })?;
+    notes.push(note);
+    Ok(unit)
 }
 
 /// A stamp alone, or a date joined with the time of day in another column.
@@ -202,9 +243,9 @@ fn stamps(columns: &[Column<'_>], at: usize, form: Form, notes: &mut Vec<String>
         })
     };
     let partner = match form {
-        Form::DateTime(_) | Form::Elapsed | Form::Count(_) | Form::Hex(_) => None,
-        Form::Date(_) => other(|form| matches!(form, Form::Time(_))),
-        Form::Time(_) => other(|form| matches!(form, Form::Date(_))),
+        Form::Date(_) | Form::DateOfDigits(_) => other(Form::is_of_a_day),
+        Form::Time(_) | Form::TimeOfDigits => other(|form| matches!(form, Form::Date(_) | Form::DateOfDigits(_))),
+        _ => None,
     };
     let order = form.open_order().or_else(|| partner.and_then(|(_, form)| form.open_order()));
     notes.extend(order.map(date_order_note));

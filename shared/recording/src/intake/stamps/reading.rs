@@ -199,6 +199,20 @@ pub(super) fn of_digits(cell: &str) -> Option<Reading> {
     Reading::of(&format!("{} {}.{decimals}0", &cell[..8], &cell[8..14]), Order::Stated)
 }
 
+/// `20240305`, or six digits whose order the date does not say.
+pub(super) fn date_of_digits(cell: &str, order: Order) -> Option<Stamp> {
+    let value: i64 = cell.parse().ok().filter(|_| digits(cell) == cell.len())?;
+    let (first, second, third) = (value / 10_000, value / 100 % 100, value % 100);
+    let (year, month, day) = match (cell.len(), order) {
+        (8, Order::Stated) => (first, second, third),
+        (5 | 6, Order::Day) => (full_year((third, 2)), second, first),
+        (5 | 6, Order::Month) => (full_year((third, 2)), first, second),
+        (5 | 6, Order::Year) => (full_year((first, 2)), second, third),
+        _ => return None,
+    };
+    Some(Stamp { day: day_number(date_of(year, month, day)?), within_ns: 0 })
+}
+
 /// A date of numbers at the beginning of a text, and what follows it.
 fn date(rest: &str, order: Order) -> Option<(Date, &str)> {
     let length = digits(rest);
@@ -251,7 +265,7 @@ fn date_of(year: i64, month: i64, day: i64) -> Option<Date> {
     .ok()
 }
 
-fn day_number(date: Date) -> i64 {
+pub(super) fn day_number(date: Date) -> i64 {
     let epoch = jiff::civil::date(1970, 1, 1);
     epoch.until(date).map_or(0, |span| i64::from(span.get_days()))
 }
