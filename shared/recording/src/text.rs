@@ -10,6 +10,7 @@ mod header;
 pub(crate) mod interval;
 pub(crate) mod layout;
 pub(crate) mod lines;
+mod motion_capture;
 pub(crate) mod number;
 pub(crate) mod quantity;
 pub(crate) mod signs;

@@ -52,6 +52,7 @@ pub(crate) static SYMBOLS: &[Symbol] = &[
     symbol(&["h", "hr", "hrs", "hour", "hours", "Std", "Stunden"], unit([0, 0, 1, 0, 0], 3600.0, 1.0, 0), ""),
     symbol(&["d", "day", "days"], unit([0, 0, 1, 0, 0], 86_400.0, 1.0, 0), ""),
     symbol(&["Hz", "hz", "HZ", "hertz", "Hertz", "Гц"], unit([0, 0, -1, 0, 0], 1.0, 1.0, 0).of_cycles(), "numkMG"),
+    symbol(&["SPS", "Sps", "sps"], unit([0, 0, -1, 0, 0], 1.0, 1.0, 0).of_cycles(), "kM"),
     symbol(&["kn", "kt", "kts", "knot", "knots"], unit([0, 1, -1, 0, 0], 1852.0, 3600.0, 0), ""),
     symbol(&["fps"], unit([0, 1, -1, 0, 0], 3048.0, 1.0, -4), ""),
     symbol(&["ips"], unit([0, 1, -1, 0, 0], 254.0, 1.0, -4), ""),

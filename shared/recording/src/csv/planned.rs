@@ -1,6 +1,7 @@
 //! How a text table is laid out, and what becomes of its columns.
 
 use crate::error::RecordingError;
+use crate::intake::clock::words_of;
 use crate::intake::names::heading;
 use crate::intake::plan::{Clock, Kind, Plan, Seen, Source, plan};
 use crate::intake::{Intake, TimeColumn};
@@ -51,6 +52,11 @@ fn plan_with_interval(
     intake: &Intake,
 ) -> Result<Plan, RecordingError> {
     let first = plan(source, columns, intake);
+    if let (Err(RecordingError::BadClock { place, .. }), Some(interval)) = (&first, &layout.interval)
+        && let Some(counted) = counter_with_interval(source, columns, place.column, interval, intake)
+    {
+        return counted;
+    }
     let without_times = match &first {
         Ok(plan) => matches!(plan.clock, Clock::Number { at, .. } if columns[at].sample.is_empty()),
         Err(error) => matches!(error, RecordingError::NoTimeColumn { .. }),
@@ -61,12 +67,52 @@ fn plan_with_interval(
     let Some(interval) = layout.interval.as_ref().filter(|_| is_free) else {
         return first;
     };
+    // rows may be missing: what counts them says which
+    if let Some(counted) = columns.iter().position(counts_rows)
+        && let Some(counted) = counter_with_interval(source, columns, counted + 1, interval, intake)
+    {
+        return counted;
+    }
     let unit = Some(Unit::scaled("s", interval.seconds, 1.0));
     let by_rows = Some(TimeColumn { name: TimeColumn::ROWS.into(), unit });
     let mut plan = plan(source, columns, &Intake { time_column: by_rows, ..intake.clone() })?;
     let Interval { seconds, stated, .. } = interval;
     plan.notes.push(format!("no column holds the times: the rows follow each other every {seconds} s ({stated})"));
     Ok(plan)
+}
+
+/// Whether a column numbers its rows: whole numbers that rise, but where a counter begins again.
+fn counts_rows(column: &Seen) -> bool {
+    let words = words_of(&heading(&column.header).name);
+    let last = words.rsplit(' ').next().unwrap_or_default();
+    let is_counter = ["frame", "counter", "packet", "sample", "index", "seq", "sequence"].contains(&last);
+    let whole = column.sample.iter().all(|value| value.fract() == 0.0 && *value >= 0.0);
+    let back = column.sample.windows(2).filter(|pair| pair[1] <= pair[0]).count();
+    is_counter && whole && column.kind == Kind::Number && column.sample.len() > 2 && 100 * back <= column.sample.len()
+}
+
+/// What becomes of the columns where that of the times (its number from 1) counts in no unit: the
+/// interval that the lines above the rows state is that of its usual step.
+fn counter_with_interval(
+    source: &Source<'_>,
+    columns: &[Seen],
+    number: usize,
+    interval: &Interval,
+    intake: &Intake,
+) -> Option<Result<Plan, RecordingError>> {
+    let sample = &columns.get(number - 1)?.sample;
+    let mut steps: Vec<f64> = sample.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let step = *steps.get(steps.len() / 2).filter(|_| intake.time_column.is_none())?;
+    let unit = Unit::scaled("s", interval.seconds / step, 1.0);
+    let said = TimeColumn { name: number.to_string(), unit: Some(unit) };
+    let mut plan = match plan(source, columns, &Intake { time_column: Some(said), ..intake.clone() }) {
+        Ok(plan) => plan,
+        Err(error) => return Some(Err(error)),
+    };
+    let (name, stated) = (printable(&heading(&columns[number - 1].header).name), &interval.stated);
+    plan.notes.push(format!("`{name}` counts {step} from row to row, each {} s ({stated})", interval.seconds));
+    Some(Ok(plan))
 }
 
 /// The error of a file whose comma divides cells and decimals: rows have more cells than the line

@@ -7,7 +7,7 @@ use super::signs::Signs;
 
 /// The layout of such a file; `None` of every other.
 pub(super) fn beside(ahead: &[(u64, String)]) -> Option<Layout> {
-    let dialect = Dialect { separator: b',', signs: Signs { decimal_comma: false, grouped: false } };
+    let dialect = Dialect { separator: b',', signs: Signs { decimal_comma: false, grouped: false }, labelled: false };
     let rows: Vec<Vec<String>> = ahead.iter().map(|(_, text)| dialect.split_quoted(text)).collect();
     let first = rows.first().filter(|cells| cells.len() > 4 && cells[0].contains(char::is_alphabetic))?;
     let is_number = |cell: &String| cell.parse::<f64>().is_ok();

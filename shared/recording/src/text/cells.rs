@@ -1,6 +1,6 @@
 //! Cells of a row as numbers in SI.
 
-use super::dialect::{Dialect, is_missing};
+use super::dialect::{COLUMNS, Dialect, is_missing};
 use super::encoding::text_of;
 use super::number::{Marked, marked, number};
 use super::printable;
@@ -151,6 +151,8 @@ impl<'a> Cells<'a> {
         // a tab at the beginning is the end of an empty cell, not a blank
         if text.contains(&b'"') {
             self.dialect.split_quoted(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
+        } else if self.dialect.labelled || self.dialect.separator == COLUMNS {
+            self.dialect.split(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
         } else if self.dialect.separator == b' ' {
             let cells = text.split(|byte| byte.is_ascii_whitespace()).filter(|cell| !cell.is_empty());
             cells.for_each(|cell| self.record.push_field(cell));

@@ -8,9 +8,21 @@ use super::stamps::Form;
 /// Separator and signs of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Dialect {
-    /// Blank stands for a run of blanks.
+    /// Blank stands for a run of blanks, [`COLUMNS`] for one of two or more.
     pub separator: u8,
     pub signs: Signs,
+    /// Each cell begins with its name: `gyro_z:0.01`, `gyro_z=0.01`.
+    pub labelled: bool,
+}
+
+/// Separator of tables whose cells may have blanks within.
+pub(crate) const COLUMNS: u8 = 0x1f;
+
+/// Name and value of a cell that begins with its name.
+pub(super) fn label(cell: &str) -> Option<(&str, &str)> {
+    let (name, value) = cell.split_once([':', '='])?;
+    let is_name = name.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    is_name.then_some((name.trim(), value.trim())).filter(|(_, value)| !value.is_empty())
 }
 
 /// Cells that say that there is no sample.
@@ -59,9 +71,11 @@ const VALUE_MAX: usize = 64;
 impl Dialect {
     /// The cells of a line.
     pub fn split<'a>(&self, text: &'a str) -> Vec<&'a str> {
+        let bare = |cell: &'a str| if self.labelled { label(cell).map_or(cell, |(_, value)| value) } else { cell };
         match self.separator {
-            b' ' => text.split_ascii_whitespace().collect(),
-            separator => text.split(char::from(separator)).map(str::trim).collect(),
+            b' ' => text.split_ascii_whitespace().map(bare).collect(),
+            COLUMNS => text.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(bare).collect(),
+            separator => text.split(char::from(separator)).map(|cell| bare(cell.trim())).collect(),
         }
     }
 

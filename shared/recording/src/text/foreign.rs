@@ -1,5 +1,7 @@
 //! Texts of other programs that are no tables, known by their first lines.
 
+use super::motion_capture::motion_capture;
+
 /// What a text is, and what to export instead.
 pub(crate) struct Foreign {
     pub what: &'static str,
@@ -48,18 +50,19 @@ pub(crate) fn foreign(ahead: &[(u64, String)]) -> Option<Foreign> {
             "record a bag (ros2 bag record), or print with ros2 topic echo --csv and add a header",
         ),
         (
-            most(&is_pairs),
-            "keys and values in each line",
+            most(&is_pairs) && !are_alike(&lines),
+            "keys and values in each line, not the same in every line",
             "write a row of numbers for each time below one row of names",
         ),
         (
-            first(&is_vicon),
+            first(&is_vicon) && motion_capture(ahead).is_none(),
             "an export of Vicon with a table for each kind of data and no times",
             "export one table as CSV with one row of names, `name [unit]`, and a column `time [s]`",
         ),
         (
-            first(&|line| line.starts_with("Format Version,") && line.contains("Frame Rate")),
-            "an export of OptiTrack with names in five rows",
+            first(&|line| line.starts_with("Format Version,") && line.contains("Frame Rate"))
+                && motion_capture(ahead).is_none(),
+            "an export of OptiTrack with names in several rows",
             "keep one row of names, `name [unit]`, with the column `Time (Seconds)`",
         ),
         (first(&|line| line.starts_with("<?xml") || line.starts_with("<html")), "XML", "export a table as CSV"),
@@ -109,6 +112,16 @@ fn is_pairs(line: &str) -> bool {
     let words = || line.split([' ', ',', ';', '\t']).filter(|word| !word.is_empty());
     let is_pair = |word: &str| word.split_once('=').is_some_and(|(key, value)| !key.is_empty() && !value.is_empty());
     words().count() > 1 && words().all(is_pair)
+}
+
+/// Whether the keys of the last lines are the same.
+fn are_alike(lines: &[&str]) -> bool {
+    let keys = |line: &str| -> Vec<String> {
+        let words = line.split([' ', ',', ';', '\t']).filter(|word| !word.is_empty());
+        words.map(|word| word.split('=').next().unwrap_or_default().to_owned()).collect()
+    };
+    let behind_first = lines.get(1..).unwrap_or_default();
+    behind_first.windows(2).all(|pair| keys(pair[0]) == keys(pair[1]))
 }
 
 fn is_vicon(line: &str) -> bool {

@@ -5,7 +5,7 @@
 //! divided otherwise than the rows are: `# t, w, u` above rows with blanks,
 //! `time [s]  torque [N m]`.
 
-use super::dialect::{Dialect, is_remark};
+use super::dialect::{COLUMNS, Dialect, is_remark};
 use super::units_lines::{UnitsLine, is_bare, is_unit, labelled, matched};
 use crate::intake::clock::rank;
 use crate::intake::names::heading;
@@ -112,6 +112,10 @@ pub(super) fn unmarked(text: &str) -> &str {
 /// The cells of a line that is divided as the rows are. A blank divides no bracket, and no unit in
 /// a bracket from its name; where it divides the rows, the names may be divided by more.
 fn own_cells(text: &str, dialect: Dialect, width: usize) -> Vec<String> {
+    if dialect.separator == COLUMNS {
+        let cells = columns(text);
+        return if cells.len() == width { cells } else { other_cells(text, dialect, width) };
+    }
     if dialect.separator != b' ' {
         return dialect.split_quoted(text);
     }

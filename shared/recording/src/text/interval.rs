@@ -65,9 +65,15 @@ fn interval(line: u64, at: usize, key: &str, value: &str, dialect: Dialect) -> O
     let says = says(key)?;
     // `Analog:0.01`
     let text = value.rsplit_once(':').map_or(value, |(_, value)| value).trim();
+    let of_samples =
+        ["samples/s", "Samples/s", "samples/sec", "Sa/s", "S/s"].iter().find_map(|unit| text.strip_suffix(unit));
+    let text = of_samples.map_or_else(|| text.to_owned(), |value| format!("{value}Hz"));
+    let text = text.as_str();
     let stated = quantity(text, dialect.signs);
     let number = number(text, dialect.signs).or(stated.map(|stated| stated.value))?;
-    let unit = stated.map(|stated| stated.unit.to_owned()).or_else(|| heading(key).unit);
+    let ending =
+        || key.rsplit_once('_').filter(|(_, unit)| unit_of_ending(unit).is_some()).map(|(_, unit)| unit.into());
+    let unit = stated.map(|stated| stated.unit.to_owned()).or_else(|| heading(key).unit).or_else(ending);
     let unit =
         unit.as_deref().and_then(unit_named).or_else(|| unit_named(if says == Says::Rate { "Hz" } else { "s" }))?;
     let seconds = seconds(number, unit)?;
@@ -85,11 +91,21 @@ fn seconds(number: f64, unit: Unit) -> Option<f64> {
     (seconds.is_finite() && seconds > 0.0).then_some(seconds)
 }
 
+/// The unit in which a key ends, one of time or of rates.
+fn unit_of_ending(text: &str) -> Option<Unit> {
+    unit_named(text.trim()).filter(|unit| matches!(unit.si, "s" | "Hz" | "1/s"))
+}
+
 /// Whether a key names the time between two samples, or their rate.
 fn says(key: &str) -> Option<Says> {
     let name = heading(key.trim().trim_end_matches([':', '='])).name;
     let name = name.split(['[', '(']).next().unwrap_or_default();
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    // `sample_rate_hz`
+    let of_unit = name.rsplit_once('_').filter(|(_, unit)| unit_of_ending(unit).is_some());
+    if let Some(says) = of_unit.and_then(|(name, _)| says(name)) {
+        return Some(says);
+    }
     if plain.chars().count() > 40 {
         return None;
     }

@@ -6,9 +6,10 @@
 //! above it is header, units and remarks.
 
 use super::beside::beside;
-use super::dialect::{Dialect, filled, is_missing, is_of_remarks, is_remark};
+use super::dialect::{COLUMNS, Dialect, filled, is_missing, is_of_remarks, is_remark, label};
 use super::header::Above;
 use super::interval::{Interval, stated_interval};
+use super::motion_capture::motion_capture;
 use super::number::number;
 use super::signs::{Evidences, Signs};
 
@@ -38,7 +39,7 @@ const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
 
 /// What is seen of the lines `ahead`; `None` where no separator gives a line of values.
 pub(crate) fn layout(ahead: &[(u64, String)]) -> Option<Layout> {
-    if let Some(layout) = beside(ahead) {
+    if let Some(layout) = beside(ahead).or_else(|| motion_capture(ahead)) {
         return Some(layout);
     }
     let mut best: Option<(f64, Dialect, Option<String>)> = None;
@@ -50,7 +51,11 @@ pub(crate) fn layout(ahead: &[(u64, String)]) -> Option<Layout> {
         }
     }
     let (_, dialect, note) = best?;
+    let dialect = if dialect.separator == b' ' { by_columns(ahead, dialect).unwrap_or(dialect) } else { dialect };
     let mut layout = laid_out(ahead, dialect)?;
+    if let Some(names) = labels(ahead, dialect).filter(|_| dialect.labelled) {
+        without_cut_line(&mut layout, ahead, names);
+    }
     layout.notes.extend(note);
     Some(layout)
 }
@@ -60,7 +65,9 @@ const TELLING: usize = 60;
 
 /// The dialects with a separator, what they make of the lines, and what is to be noted of them.
 fn readings(ahead: &[(u64, String)], separator: u8) -> Vec<(f64, Dialect, Option<String>)> {
-    let of = |decimal_comma| Dialect { separator, signs: Signs { decimal_comma, grouped: false } };
+    let plain = Dialect { separator, signs: POINT, labelled: false };
+    let labelled = labels(ahead, plain).is_some();
+    let of = |decimal_comma| Dialect { signs: Signs { decimal_comma, grouped: false }, labelled, ..plain };
     let lines: Vec<Vec<String>> =
         ahead.iter().filter(|(_, text)| !is_remark(text)).map(|(_, text)| of(false).split_quoted(text)).collect();
     let last = &lines[lines.len().saturating_sub(TELLING)..];
@@ -73,6 +80,57 @@ fn readings(ahead: &[(u64, String)], separator: u8) -> Vec<(f64, Dialect, Option
         (score(last, width, dialect), dialect, evidences.note(dialect.signs, separator))
     };
     commas.map(reading).collect()
+}
+
+/// The names with which the cells of the last lines begin: a number behind each, no name twice, and
+/// the same in every line.
+fn labels(ahead: &[(u64, String)], dialect: Dialect) -> Option<Vec<String>> {
+    let dialect = Dialect { labelled: false, ..dialect };
+    let last = &ahead[ahead.len().saturating_sub(TELLING)..];
+    let names_of = |(_, text): &(u64, String)| -> Option<Vec<String>> {
+        let cells = dialect.split_quoted(text);
+        let cells = cells.iter().filter(|cell| !cell.is_empty());
+        cells
+            .map(|cell| label(cell).filter(|(_, value)| dialect.is_value(value)).map(|(name, _)| name.into()))
+            .collect()
+    };
+    // the first line may be one that was cut
+    let names = names_of(last.last()?).filter(|names| names.len() > 1 && last.len() > 2)?;
+    let unlike = last.iter().filter(|line| names_of(line).as_ref() != Some(&names)).count();
+    let are_distinct = names.iter().enumerate().all(|(k, name)| !names[..k].contains(name));
+    (are_distinct && unlike <= 1).then_some(names)
+}
+
+/// Rows whose cells begin with these names, without a first line that was cut.
+fn without_cut_line(layout: &mut Layout, ahead: &[(u64, String)], names: Vec<String>) {
+    let whole = |(_, text): &&(u64, String)| layout.dialect.split_quoted(text).len() == names.len();
+    if let Some((line, _)) = ahead.iter().find(whole).filter(|(line, _)| *line > layout.first_line) {
+        layout.notes.push(format!("line {} is cut: left out", layout.first_line));
+        layout.first_line = *line;
+    }
+    layout.rows.retain(|cells| cells.len() == names.len());
+    layout.header = names;
+}
+
+/// The dialect whose cells stand in columns and may have blanks within, `5 Mar 2024 15:00:00.000`:
+/// every cell is a value then, but not where every blank divides, or the names are as many as such
+/// cells alone.
+fn by_columns(ahead: &[(u64, String)], by_blanks: Dialect) -> Option<Dialect> {
+    let dialect = Dialect { separator: COLUMNS, ..by_blanks };
+    let lines: Vec<&str> = ahead.iter().filter(|(_, text)| !is_remark(text)).map(|(_, text)| text.as_str()).collect();
+    let last = &lines[lines.len().saturating_sub(TELLING).max(lines.len().min(1))..];
+    let width = |dialect: Dialect| usual(last.iter().map(|text| dialect.split(text).len()));
+    let whole = |dialect: Dialect| {
+        let alike = |text: &&&str| dialect.split(text).len() == width(dialect);
+        let is_value = |cell: &str| dialect.is_value(cell) || is_missing(cell);
+        last.iter().all(|text| alike(&text) && dialect.split(text).into_iter().all(is_value))
+    };
+    let (columns, blanks) = (width(dialect), width(by_blanks));
+    if columns < 2 || columns == blanks || !whole(dialect) {
+        return None;
+    }
+    let named = |dialect: Dialect, width: usize| lines.first().is_some_and(|text| dialect.split(text).len() == width);
+    (!whole(by_blanks) || (named(dialect, columns) && !named(by_blanks, blanks))).then_some(dialect)
 }
 
 /// The cells by column of the lines that have as many numbers as the last ones: a preamble has

@@ -57,7 +57,10 @@ impl UnitsLine {
     /// The units by column, where there is one for each column of data, or for each column.
     fn by_column(&self, names: &[String]) -> Option<Vec<String>> {
         let clock = names.iter().position(|name| rank(&heading(name).name).is_some());
-        let of_data = |at: &usize| Some(*at) != clock && !is_of_remarks(&names[*at]) && !names[*at].trim().is_empty();
+        let repeats = |at: &usize| clock.is_some_and(|clock| names[*at] == names[clock]);
+        let of_data = |at: &usize| {
+            Some(*at) != clock && !repeats(at) && !is_of_remarks(&names[*at]) && !names[*at].trim().is_empty()
+        };
         let data: Vec<usize> = (0..names.len()).filter(of_data).collect();
         let places: Vec<usize> = match self.by_name(names) {
             Some(places) => places,

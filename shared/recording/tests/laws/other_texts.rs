@@ -26,11 +26,14 @@ fn a_text_that_is_no_table_is_refused_by_what_it_is() {
         ),
         ("NMEA", lines(|k| format!("$GPGGA,1235{k:02},4807.038,N,01131.000,E*47"))),
         ("ros2 topic echo", lines(|k| format!("header:\n  sec: {k}\nangular_velocity:\n  z: 0.1\n---"))),
-        ("keys and values", lines(|k| format!("t=0.{k:02} gyro=0.1 torque=-0.2"))),
+        (
+            "keys and values",
+            lines(|k| format!("t=0.{k:02} {}=0.1 torque=-0.2", if k % 2 == 0 { "gyro" } else { "rate" })),
+        ),
         (
             "Vicon",
             format!(
-                "Trajectories\n100\n,,hub:m1,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n{}",
+                "Trajectories\n,,hub:m1,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n{}",
                 lines(|k| format!("{k},0,1,2,3"))
             ),
         ),
