@@ -3,6 +3,7 @@
 //!
 //! What is applied is noted, and so is what is not.
 
+use crate::numbers::Number;
 use crate::since::Since;
 
 /// An attribute's value.
@@ -46,6 +47,8 @@ const FACTORS: &[&str] = &[
 ];
 /// Names of a sum beside that of CF.
 const OFFSETS: &[&str] = &["offset", "intercept"];
+/// What netCDF writes where nobody has written a number in single or double precision.
+const UNWRITTEN: f32 = 9.969_21e36;
 /// Names of a unit.
 const UNITS: &[&str] = &["units", "unit", "unitstring", "unitsymbol", "niunitdescription"];
 
@@ -76,12 +79,15 @@ pub(crate) struct Conventions {
     most: Option<f64>,
     /// Days are not those of the calendar of everyday.
     other_calendar: Option<String>,
+    /// Whole numbers are without sign, whatever their type.
+    unsigned: bool,
 }
 
 /// How the numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Storage {
-    Whole,
+    /// So many bytes.
+    Whole(usize),
     Single,
     Double,
 }
@@ -117,6 +123,7 @@ impl Conventions {
                 let everyday = ["", "standard", "gregorian", "proleptic_gregorian"];
                 self.other_calendar = Some(text.to_lowercase()).filter(|text| !everyday.contains(&text.as_str()));
             }
+            ("unsigned", Stated::Text(text)) => self.unsigned = text.eq_ignore_ascii_case("true"),
             ("scalefactor", _) => self.scale = named(number),
             ("addoffset", _) => self.offset = named(number),
             ("fillvalue" | "missingvalue", _) => self.missing.extend(stated.numbers()),
@@ -140,11 +147,25 @@ impl Conventions {
         if is_table { Conventions { unit, ..Conventions::default() } } else { Conventions { unit, ..self.clone() } }
     }
 
+    /// The number as which the elements of the array are read.
+    pub fn number(&self, number: Number) -> Number {
+        match number {
+            Number::Signed(width) if self.unsigned => Number::Unsigned(width),
+            other => other,
+        }
+    }
+
+    /// A number of an attribute as the elements are read: that of `_Unsigned` elements is stored with
+    /// a sign, as they are.
+    fn as_stored(&self, number: f64, width: usize) -> f64 {
+        if self.unsigned && number < 0.0 { number + (8.0 * width as f64).exp2() } else { number }
+    }
+
     /// Applies what is stated to the numbers of the array `name`.
     pub fn apply(&self, name: &str, storage: Storage, values: &mut [f64], rest: &mut [f64]) -> Applied {
         let mut applied = Applied { unit: self.unit.clone(), ..Applied::default() };
-        self.mark_missing(name, storage, values, &mut applied.notes);
         let (scale, offset) = self.line(name, storage, &mut applied.notes);
+        self.mark_missing(name, storage, (scale, offset), values, &mut applied.notes);
         if (scale, offset) != (1.0, 0.0) {
             values.iter_mut().for_each(|value| *value = *value * scale + offset);
             rest.iter_mut().for_each(|rest| *rest *= scale);
@@ -153,15 +174,31 @@ impl Conventions {
         applied
     }
 
-    /// What is marked as missing, or lies outside of the valid values, is no sample.
-    fn mark_missing(&self, name: &str, storage: Storage, values: &mut [f64], notes: &mut Vec<String>) {
+    /// What is marked as missing, or lies outside of the valid values, is no sample. Valid values are
+    /// those of stored numbers, but where they are in parts and the stored ones whole: then they are
+    /// those behind scale and offset.
+    fn mark_missing(
+        &self,
+        name: &str,
+        storage: Storage,
+        (scale, offset): (f64, f64),
+        values: &mut [f64],
+        notes: &mut Vec<String>,
+    ) {
+        let width = if let Storage::Whole(width) = storage { width } else { 0 };
+        let marks: Vec<f64> = self.missing.iter().map(|mark| self.as_stored(*mark, width)).collect();
+        let in_parts = |bound: Option<f64>| bound.is_some_and(|bound| bound.fract() != 0.0);
+        let of_values = matches!(storage, Storage::Whole(_)) && (in_parts(self.least) || in_parts(self.most));
+        let bound = |of: Option<f64>| of.map(|of| if of_values { of } else { self.as_stored(of, width) });
+        let (least, most) = (bound(self.least), bound(self.most));
         let equals =
             |value: f64, mark: f64| value == mark || (storage == Storage::Single && value as f32 == mark as f32);
+        let is_unwritten = |value: f64| !matches!(storage, Storage::Whole(_)) && value as f32 == UNWRITTEN;
         let (mut missing, mut invalid) = (0, 0);
         for value in values.iter_mut() {
-            let is_missing = self.missing.iter().any(|mark| equals(*value, *mark));
-            let is_invalid =
-                self.least.is_some_and(|least| *value < least) || self.most.is_some_and(|most| *value > most);
+            let is_missing = is_unwritten(*value) || marks.iter().any(|mark| equals(*value, *mark));
+            let seen = if of_values { *value * scale + offset } else { *value };
+            let is_invalid = least.is_some_and(|least| seen < least) || most.is_some_and(|most| seen > most);
             missing += usize::from(is_missing);
             invalid += usize::from(is_invalid && !is_missing);
             if is_missing || is_invalid {
@@ -191,7 +228,7 @@ impl Conventions {
         let is_one_line = self.factors.len() <= 1 && self.sums.len() <= 1;
         let (scale, offset) = if by_convention {
             (self.scale.as_ref(), self.offset.as_ref())
-        } else if storage == Storage::Whole && is_one_line {
+        } else if matches!(storage, Storage::Whole(_)) && is_one_line {
             (self.factors.first(), self.sums.first())
         } else {
             (None, None)
@@ -245,15 +282,43 @@ mod tests {
         let stated = [("scale_factor", number(0.5)), ("add_offset", number(10.0)), ("_FillValue", number(-1.0))];
         let stated = [&stated[..], &[("valid_max", number(100.0)), ("units", Stated::Text("deg/s".into()))]].concat();
         let mut values = [2.0, -1.0, 101.0, 4.0];
-        let applied = of(&stated).apply("x", Storage::Whole, &mut values, &mut [0.0; 4]);
+        let applied = of(&stated).apply("x", Storage::Whole(2), &mut values, &mut [0.0; 4]);
         assert_eq!((values[0], values[3], applied.unit.as_deref()), (11.0, 12.0, Some("deg/s")));
         assert!(values[1].is_nan() && values[2].is_nan());
         assert_eq!(applied.notes.len(), 3, "{:?}", applied.notes);
     }
 
     #[test]
+    fn what_nobody_wrote_is_no_sample() {
+        let mut values = [f64::from(9.969_21e36_f32), 9.969_209_968_386_869e36, 1.0];
+        of(&[]).apply("x", Storage::Single, &mut values[..1], &mut [0.0]);
+        of(&[]).apply("x", Storage::Double, &mut values[1..], &mut [0.0; 2]);
+        assert!(values[0].is_nan() && values[1].is_nan() && values[2] == 1.0, "{values:?}");
+    }
+
+    #[test]
+    fn numbers_stored_with_a_sign_may_have_none() {
+        let stated =
+            [("_Unsigned", Stated::Text("true".into())), ("_FillValue", number(-1.0)), ("valid_max", number(-6.0))];
+        let conventions = of(&stated);
+        assert_eq!(conventions.number(Number::Signed(1)), Number::Unsigned(1));
+        let mut values = [128.0, 255.0, 251.0, 250.0];
+        conventions.apply("x", Storage::Whole(1), &mut values, &mut [0.0; 4]);
+        assert_eq!((values[0], values[3]), (128.0, 250.0));
+        assert!(values[1].is_nan() && values[2].is_nan());
+    }
+
+    #[test]
+    fn valid_values_in_parts_of_whole_numbers_are_those_behind_the_scale() {
+        let stated = [("scale_factor", number(0.001)), ("valid_range", Stated::Numbers(vec![-0.9, 0.9]))];
+        let mut values = [500.0, -950.0];
+        of(&stated).apply("x", Storage::Whole(2), &mut values, &mut [0.0; 2]);
+        assert!((values[0] - 0.5).abs() < 1e-12 && values[1].is_nan(), "{values:?}");
+    }
+
+    #[test]
     fn a_factor_by_name_is_of_whole_numbers_and_noted_elsewhere() {
-        for (storage, expected, word) in [(Storage::Whole, 4.0, "times"), (Storage::Double, 2.0, "not applied")] {
+        for (storage, expected, word) in [(Storage::Whole(2), 4.0, "times"), (Storage::Double, 2.0, "not applied")] {
             let mut values = [2.0];
             let applied = of(&[("gain", number(2.0))]).apply("x", storage, &mut values, &mut [0.0]);
             assert_eq!(values, [expected]);
@@ -261,7 +326,7 @@ mod tests {
         }
         let two = of(&[("gain", number(2.0)), ("lsb", number(3.0))]);
         let mut values = [2.0];
-        assert!(two.apply("x", Storage::Whole, &mut values, &mut [0.0]).notes[0].contains("not applied"));
+        assert!(two.apply("x", Storage::Whole(2), &mut values, &mut [0.0]).notes[0].contains("not applied"));
         assert_eq!(values, [2.0]);
     }
 

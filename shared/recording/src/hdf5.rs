@@ -17,7 +17,7 @@ use crate::numbers::Number;
 use crate::texts::Texts;
 use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
+use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions, StringSize};
 use std::path::Path;
 
 const CURE: &str =
@@ -48,7 +48,8 @@ pub(crate) fn datasets_of(
     content: Vec<u8>,
     wanted: &Wanted<'_>,
 ) -> Result<Vec<RawDataset>, RecordingError> {
-    let budget = content.len().saturating_mul(EXPANSION_MAX);
+    let file_bytes = content.len();
+    let budget = file_bytes.saturating_mul(EXPANSION_MAX);
     let options = OpenOptions::default()
         .with_chunk_cache_bytes(0)
         .with_max_chunk_bytes(budget)
@@ -56,7 +57,7 @@ pub(crate) fn datasets_of(
         .with_max_object_header_bytes(content.len());
     let damaged = |reason: Error| bad(file, "the structure of the file", reason.to_string(), CURE);
     let opened = Hdf5File::from_vec_with_options(content, options).map_err(damaged)?;
-    let mut walk = Walk { file, budget, groups: 0, arrays: Arrays::default() };
+    let mut walk = Walk { file, file_bytes, budget, groups: 0, arrays: Arrays::default() };
     walk.group(&opened.root_group().map_err(damaged)?, "", GROUP_DEPTH_MAX)?;
     walk.arrays.into_datasets(file, wanted)
 }
@@ -64,6 +65,7 @@ pub(crate) fn datasets_of(
 /// What was read so far.
 struct Walk<'a> {
     file: &'a str,
+    file_bytes: usize,
     /// Bytes that may still be read.
     budget: usize,
     groups: usize,
@@ -167,12 +169,24 @@ impl Walk<'_> {
     fn texts(&mut self, dataset: &Dataset) -> Option<Texts> {
         let size = dataset.raw_byte_len().ok()?;
         self.budget = self.budget.checked_sub(size)?;
-        if dataset.shape().len() > 1 {
+        if dataset.shape().len() > 1 || self.heap_bytes(dataset)? > self.file_bytes {
             return None;
         }
         let mut texts = Texts::default();
         dataset.read_strings().ok()?.iter().for_each(|text| texts.push(text));
         Some(texts)
+    }
+
+    /// Bytes of the texts of variable length to which an array refers: more than the file has are
+    /// one text many times over.
+    fn heap_bytes(&self, dataset: &Dataset) -> Option<usize> {
+        let references = match dataset.dtype() {
+            Datatype::VarLen { .. } | Datatype::String { size: StringSize::Variable, .. } => dataset.read_raw_bytes(),
+            _ => return Some(0),
+        };
+        let stride = dataset.raw_element_size().ok().filter(|stride| *stride >= 4)?;
+        let length = |reference: &[u8]| u32::from_le_bytes([reference[0], reference[1], reference[2], reference[3]]);
+        Some(references.ok()?.chunks_exact(stride).map(|reference| length(reference) as usize).sum())
     }
 
     /// The numbers as they are stored.
@@ -195,7 +209,7 @@ impl Walk<'_> {
         let own = dataset.name().to_string();
         let (group, name) =
             if field.name.is_empty() { (group.to_string(), own) } else { (joined(group, &own), field.name.clone()) };
-        let Some(number) = field.number else {
+        let Some(number) = field.number.map(|number| conventions.number(number)) else {
             self.arrays.leave_out(joined(&group, &name), "no number");
             return;
         };
@@ -267,7 +281,7 @@ fn storage(number: Number) -> Storage {
     match number {
         Number::Float(8) => Storage::Double,
         Number::Float(_) => Storage::Single,
-        Number::Signed(_) | Number::Unsigned(_) => Storage::Whole,
+        Number::Signed(width) | Number::Unsigned(width) => Storage::Whole(width),
     }
 }
 

@@ -62,7 +62,7 @@ impl Meaning {
     pub fn storage(&self) -> Storage {
         match self.physical {
             Physical::Truth | Physical::Whole32 | Physical::Whole64 | Physical::Date96 if self.divide == 1.0 => {
-                Storage::Whole
+                Storage::Whole(8)
             }
             Physical::Float | Physical::Half => Storage::Single,
             _ => Storage::Double,

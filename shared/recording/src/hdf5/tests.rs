@@ -36,6 +36,14 @@ fn a_length_that_is_absurd_is_not_read() {
 }
 
 #[test]
+fn texts_that_are_more_than_the_file_are_one_text_often_and_not_read() {
+    let found = datasets(&data("one_text_often.h5"), &|_| true).unwrap();
+    let names: Vec<&str> = found[0].columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!((names, found[0].columns[0].values.len()), (vec!["t", "w"], 60));
+    assert!(found[0].notes.iter().any(|note| note.contains("`label` (text or lists)")), "{:?}", found[0].notes);
+}
+
+#[test]
 fn damaged_files_never_panic() {
     for name in ["groups.h5", "v73.mat"] {
         every_damage_is_read_or_refused(name, |bytes| datasets_of("file", bytes.to_vec(), &|_| true));
