@@ -16,6 +16,8 @@ use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squ
 /// Half widths [samples] and own past of the filters tried: moving ones, then recursive ones (b's
 /// own past is free of a's noise under the null as well).
 const FILTERS: [(usize, usize); 9] = [(0, 0), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (32, 0), (1, 2), (4, 2)];
+/// Residual of a copy, as a share of its largest value: single precision.
+const COPY_SHARE: f64 = 3e-7;
 /// Rows used at most; a filter of 65 taps is fixed by far fewer.
 const FUNCTION_ROWS_MAX: usize = 8000;
 /// Residual power below this share of what an independent channel would have to keep: where a's
@@ -36,10 +38,12 @@ pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Find
     let channels = recording.channels.len();
     let pairs = (channels * channels) as f64;
     let (mut findings, same) = copies(recording, &grids);
+    let sources = Sources::of(recording);
     for (j, b) in recording.channels.iter().enumerate() {
         progress(j as f64 / channels as f64);
         let mut best: Option<(f64, Finding)> = None;
-        for (i, a) in recording.channels.iter().enumerate() {
+        for i in sources.of_channel(j) {
+            let a = &recording.channels[i];
             // what a copy follows from, its original follows from
             if same[j].is_some() || same[i] == Some(j) || !may_follow(recording, i, j) {
                 continue;
@@ -58,7 +62,54 @@ pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Find
             }
         }
     }
+    findings.extend(sources.note(recording));
     findings
+}
+
+/// Pairs that are compared at most: those of 64 channels. A comparison takes 30 ms, all pairs of 5000
+/// channels nine days.
+const PAIRS_MAX: usize = 4096;
+
+/// Which channels may be the source of each: all, of many those of its place and those that stand
+/// next to it.
+struct Sources {
+    places: Vec<Vec<String>>,
+    /// Sources of one channel.
+    most: usize,
+}
+
+impl Sources {
+    fn of(recording: &Recording) -> Self {
+        let places: Vec<Vec<String>> = recording.channels.iter().map(|of| quantity::place(&of.name)).collect();
+        let most = if places.len() * places.len() <= PAIRS_MAX { places.len() } else { PAIRS_MAX / places.len() };
+        Sources { places, most: most.max(1) }
+    }
+
+    /// In the order of the recording.
+    fn of_channel(&self, j: usize) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..self.places.len()).filter(|i| *i != j).collect();
+        if all.len() > self.most {
+            let key = |i: &usize| (self.places[*i] != self.places[j], i.abs_diff(j));
+            all.select_nth_unstable_by_key(self.most - 1, key);
+            all.truncate(self.most);
+            all.sort_unstable();
+        }
+        all
+    }
+
+    /// Says which were not compared, where not all were.
+    fn note(&self, recording: &Recording) -> Option<Finding> {
+        let (first, channels) = (recording.channels.first()?, self.places.len());
+        (self.most + 1 < channels).then(|| {
+            Finding::new(Check::Derived, Severity::Note, &first.name, channels as f64, "-")
+                .because(format!(
+                    "{channels} channels are too many to compare each with each: each was compared with the {} of \
+                     its place or next to it",
+                    self.most
+                ))
+                .cure("examine fewer channels together where one may have been computed from another")
+        })
+    }
 }
 
 /// Two different measurements of one clock.
@@ -69,6 +120,7 @@ fn may_follow(recording: &Recording, i: usize, j: usize) -> bool {
 
 /// Channels that repeat an earlier one, and per channel its original.
 fn copies(recording: &Recording, grids: &[Option<Uniform>]) -> (Vec<Finding>, Vec<Option<usize>>) {
+    let probes: Vec<Option<Probe>> = grids.iter().map(|grid| Probe::of(&grid.as_ref()?.value)).collect();
     let mut original = vec![None; grids.len()];
     let mut findings = Vec::new();
     for (j, b) in recording.channels.iter().enumerate() {
@@ -76,6 +128,8 @@ fn copies(recording: &Recording, grids: &[Option<Uniform>]) -> (Vec<Finding>, Ve
             let (Some(ua), Some(ub)) = (&grids[i], &grids[j]) else { continue };
             if original[j].is_none()
                 && original[i].is_none()
+                && let (Some(of_a), Some(of_b)) = (&probes[i], &probes[j])
+                && of_a.may_give(&ua.value, &ub.value, of_b)
                 && may_follow(recording, i, j)
                 && related(a, b)
                 && let Some(finding) = copied(a, b, ua, ub)
@@ -88,6 +142,39 @@ fn copies(recording: &Recording, grids: &[Option<Uniform>]) -> (Vec<Finding>, Ve
     (findings, original)
 }
 
+/// Where a channel is least and most, and its largest value: what tells at once that it is no
+/// straight line of another.
+struct Probe {
+    least: usize,
+    most: usize,
+    largest: f64,
+}
+
+impl Probe {
+    /// `None` of a constant.
+    fn of(values: &[f64]) -> Option<Self> {
+        let by = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+        let (least, most) = ((0..values.len()).min_by(by)?, (0..values.len()).max_by(by)?);
+        let largest = values[most].abs().max(values[least].abs());
+        (values[most] > values[least]).then_some(Probe { least, most, largest })
+    }
+
+    /// Whether b, of which `of_b` is known, may be a line of a: between the two points through which it
+    /// is drawn a line departs from the best one by no more than these do, `COPY_SHARE` of the
+    /// largest value each.
+    fn may_give(&self, a: &[f64], b: &[f64], of_b: &Probe) -> bool {
+        const PLACES: usize = 8;
+        let (Some(low), Some(high)) = (b.get(self.least), b.get(self.most)) else { return false };
+        let slope = (high - low) / (a[self.most] - a[self.least]);
+        let near = |k: usize| {
+            let line = low + slope * (a[k] - a[self.least]);
+            (b[k] - line).abs() <= 3.0 * COPY_SHARE * of_b.largest
+        };
+        let n = a.len().min(b.len());
+        (0..n).step_by((n / PLACES).max(1)).all(near)
+    }
+}
+
 fn related(a: &Channel, b: &Channel) -> bool {
     match (quantity::of(&a.unit), quantity::of(&b.unit)) {
         (Some(p), Some(q)) => p.kind == q.kind && p.order == q.order,
@@ -98,7 +185,7 @@ fn related(a: &Channel, b: &Channel) -> bool {
 fn copied(a: &Channel, b: &Channel, ua: &Uniform, ub: &Uniform) -> Option<Finding> {
     let fit = least_squares(&[ua.value.clone(), vec![1.0; ua.value.len()]], &ub.value, 0)?;
     let largest = ub.value.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let exact = fit.residual.iter().all(|e| e.abs() <= 3e-7 * largest);
+    let exact = fit.residual.iter().all(|e| e.abs() <= COPY_SHARE * largest);
     (exact && deviation(&ub.value) > 1e-5 * largest).then(|| {
         let (scale, offset) = (fit.coefficients[0], fit.coefficients[1]);
         Finding::new(Check::Copied, Severity::Warning, &b.name, scale, "-")

@@ -7,14 +7,17 @@
 //! which the pair correlates best. Standard deviations allow for correlated residuals (Newey–West).
 
 mod judge;
+mod pairs;
 
 use super::derived::own_noise;
-use super::{FALSE_ALARM, Finding, quantity, usable};
+use super::{FALSE_ALARM, Finding, usable};
 use crate::spectrum::correlation;
 use channels::{Channel, Recording, common_grid};
 use identification::statistics::{
     correlation_length, deviation, fisher_tail, least_squares, mean, rms, squared_correlation_tail,
 };
+use pairs::related_by_name;
+use std::collections::HashSet;
 
 /// Correlation squared below which nothing is said about a pair.
 const RELATED_R2_MIN: f64 = 0.9;
@@ -45,20 +48,15 @@ struct Relation {
 /// Findings for all related pairs but those of `derived`; `progress` receives the share done.
 pub fn examine(recording: &Recording, derived: &[(String, String)], progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let channels = usable(recording, 48);
-    let mut pairs: Vec<(&Channel, &Channel, usize)> = Vec::new();
-    for (i, a) in channels.iter().enumerate() {
-        for (j, b) in channels.iter().enumerate() {
-            let known = |x: &str, y: &str| derived.iter().any(|(p, q)| p == x && q == y);
-            if i != j
-                && !known(&a.name, &b.name)
-                && !known(&b.name, &a.name)
-                && let Some(order) = order_between(a, b, &channels)
-                && (order > 0 || i < j)
-            {
-                pairs.push((a, b, order));
-            }
-        }
-    }
+    let known: HashSet<(&str, &str)> = derived.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let is_known = |a: &Channel, b: &Channel| {
+        known.contains(&(a.name.as_str(), b.name.as_str())) || known.contains(&(b.name.as_str(), a.name.as_str()))
+    };
+    let pairs: Vec<(&Channel, &Channel, usize)> = related_by_name(&channels)
+        .into_iter()
+        .map(|(i, j, order)| (channels[i], channels[j], order))
+        .filter(|(a, b, _)| !is_known(a, b))
+        .collect();
     let level = FALSE_ALARM / (pairs.len().max(1) as f64 * TESTS);
     let mut findings = Vec::new();
     for (k, (a, b, order)) in pairs.iter().enumerate() {
@@ -68,26 +66,6 @@ pub fn examine(recording: &Recording, derived: &[(String, String)], progress: &m
         }
     }
     findings
-}
-
-fn order_between(a: &Channel, b: &Channel, all: &[&Channel]) -> Option<usize> {
-    let (qa, qb) = (quantity::of_channel(a)?, quantity::of_channel(b)?);
-    if qa.kind != qb.kind || qa.kind == quantity::Kind::Other || qb.order < qa.order || qa.drives() {
-        return None;
-    }
-    let same_place = quantity::place(&a.name) == quantity::place(&b.name);
-    if qa.order == qb.order {
-        return (same_place && !a.same_clock(b)).then_some(0);
-    }
-    let only = |c: &Channel| {
-        let q = quantity::of_channel(c);
-        let like = |o: &Channel| {
-            quantity::of_channel(o)
-                .is_some_and(|p| Some(p.kind) == q.map(|q| q.kind) && Some(p.order) == q.map(|q| q.order))
-        };
-        all.iter().filter(|o| like(o)).count() == 1
-    };
-    (same_place || (only(a) && only(b))).then_some(qb.order - qa.order)
 }
 
 fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation> {

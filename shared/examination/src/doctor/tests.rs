@@ -464,6 +464,21 @@ fn a_channel_and_its_scaled_copy_are_called_copied_whichever_comes_first() {
 }
 
 #[test]
+fn of_many_channels_each_is_compared_with_those_near_it_and_that_is_said() {
+    let time = even(64, 0.01);
+    let mut noise = Noise::new(3);
+    let mut channels: Vec<Channel> =
+        (0..300).map(|k| channel(&format!("q_{k}"), "V", &time, noise.series(64, 1.0))).collect();
+    let twice = channels[7].value.iter().map(|value| 2.0 * value + 1.0).collect();
+    channels.push(channel("far", "V", &time, twice));
+    let findings = examine(&recording(channels));
+    let copied = of(&findings, Check::Copied).expect("the copy of a channel far from it");
+    assert_eq!((copied.channel.as_str(), copied.others[0].as_str()), ("far", "q_7"));
+    let note = of(&findings, Check::Derived).expect("what was not compared");
+    assert!(note.severity == Severity::Note && note.evidence.contains("301 channels are too many"), "{note:?}");
+}
+
+#[test]
 fn progress_never_falls_and_ends_at_one() {
     let time = even(600, 0.02);
     let value = |f: f64| time.iter().map(|t| libm::sin(f * t)).collect::<Vec<f64>>();
