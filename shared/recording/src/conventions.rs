@@ -1,5 +1,6 @@
 //! What the attributes of an array state of its numbers: unit, scale, offset, missing and valid
-//! values, by the conventions of netCDF (CF), and factors of other programs where numbers are whole.
+//! values, by the conventions of netCDF (CF), and factors of other programs where numbers are
+//! whole.
 //!
 //! What is applied is noted, and so is what is not.
 
@@ -155,8 +156,8 @@ impl Conventions {
         }
     }
 
-    /// A number of an attribute as the elements are read: that of `_Unsigned` elements is stored with
-    /// a sign, as they are.
+    /// A number of an attribute as the elements are read: that of `_Unsigned` elements is stored
+    /// with a sign, as they are.
     fn as_stored(&self, number: f64, width: usize) -> f64 {
         if self.unsigned && number < 0.0 { number + (8.0 * width as f64).exp2() } else { number }
     }
@@ -174,9 +175,9 @@ impl Conventions {
         applied
     }
 
-    /// What is marked as missing, or lies outside of the valid values, is no sample. Valid values are
-    /// those of stored numbers, but where they are in parts and the stored ones whole: then they are
-    /// those behind scale and offset.
+    /// What is marked as missing, or lies outside of the valid values, is no sample. Valid values
+    /// are those of stored numbers, but where they are in parts and the stored ones whole: then
+    /// they are those behind scale and offset.
     fn mark_missing(
         &self,
         name: &str,

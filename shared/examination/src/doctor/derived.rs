@@ -66,8 +66,8 @@ pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Find
     findings
 }
 
-/// Pairs that are compared at most: those of 64 channels. A comparison takes 30 ms, all pairs of 5000
-/// channels nine days.
+/// Pairs that are compared at most: those of 64 channels. A comparison takes 30 ms, all pairs of
+/// 5000 channels nine days.
 const PAIRS_MAX: usize = 4096;
 
 /// Which channels may be the source of each: all, of many those of its place and those that stand
@@ -159,9 +159,9 @@ impl Probe {
         (values[most] > values[least]).then_some(Probe { least, most, largest })
     }
 
-    /// Whether b, of which `of_b` is known, may be a line of a: between the two points through which it
-    /// is drawn a line departs from the best one by no more than these do, `COPY_SHARE` of the
-    /// largest value each.
+    /// Whether b, of which `of_b` is known, may be a line of a: between the two points through
+    /// which it is drawn a line departs from the best one by no more than these do, `COPY_SHARE`
+    /// of the largest value each.
     fn may_give(&self, a: &[f64], b: &[f64], of_b: &Probe) -> bool {
         const PLACES: usize = 8;
         let (Some(low), Some(high)) = (b.get(self.least), b.get(self.most)) else { return false };

@@ -1,4 +1,4 @@
-//! The rows of a text table one by one, and the lines between and behind them that are none.
+//! The rows of a text table one by one, and the lines between and behind them.
 
 use super::is_remark;
 use crate::error::RecordingError;

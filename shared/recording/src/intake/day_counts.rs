@@ -21,14 +21,14 @@ const fn count(days: (f64, f64), day: i64, within_ns: i64, since: &'static str) 
     DayCount { days, zero: Stamp { day, within_ns }, since }
 }
 
-/// Told by their size alone.
+/// Known by their size alone.
 const BY_SIZE: [DayCount; 3] = [
     count((36_526.0, 73_051.0), -25_569, 0, "1899-12-30, as spreadsheets count them"),
     count((730_486.0, 767_011.0), -719_529, 0, "the year 0, as MATLAB counts them"),
     count((2_451_544.5, 2_488_069.5), -2_440_588, NOON, "noon of -4712-01-01, as astronomers count them"),
 ];
-/// Of columns that are called so: the modified Julian date, and that of GMAT, which has another zero.
-/// The second ends where the first begins, in 2082.
+/// Of columns that are called so: the modified Julian date, and that of GMAT, which has another
+/// zero. The second ends where the first begins, in 2082.
 const BY_NAME: [DayCount; 2] = [
     count((51_544.0, 88_069.0), -40_587, 0, "1858-11-17, as modified Julian dates count them"),
     count((21_544.5, 51_544.0), -10_588, NOON, "noon of 1941-01-05, as GMAT counts its modified Julian dates"),
@@ -38,8 +38,8 @@ const BY_NAME: [DayCount; 2] = [
 const STEPS: Range<f64> = 1e-12..1.0;
 
 impl DayCount {
-    /// From when `samples` of a column count days, if they do: numbers of this century in small parts
-    /// of a day.
+    /// From when `samples` of a column count days, if they do: numbers of this century in small
+    /// parts of a day.
     pub fn of(name: &str, samples: &[f64]) -> Option<Self> {
         let first = *samples.first()?;
         let mut steps: Vec<f64> = samples.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();

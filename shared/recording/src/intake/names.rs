@@ -35,8 +35,9 @@ pub(crate) fn heading(text: &str) -> Heading {
     Heading { name, unit }
 }
 
-/// Headers of one table. Where several differ in the bracket alone and one of these is no unit, none
-/// is: `Temp (in)`, `Temp (out)`. A letter at the end that several differ in is no unit either.
+/// Headers of one table. Where several differ in the bracket alone and one of these is no unit,
+/// none is: `Temp (in)`, `Temp (out)`. A letter at the end that several differ in is no unit
+/// either.
 pub(crate) fn headings<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Heading> {
     let texts: Vec<String> = texts.map(cleaned).collect();
     let mut labelled: HashMap<&str, (usize, bool)> = HashMap::new();

@@ -1,4 +1,5 @@
-//! What rows make: a table, channels with sample times of their own, several recordings, a spectrum.
+//! What rows make: a table, channels with sample times of their own, several recordings, a
+//! spectrum.
 
 use super::{Axis, Rows};
 use crate::Imported;

@@ -1,8 +1,8 @@
 //! What a text file begins with: where header, units and remarks end and rows begin.
 //!
 //! The separator is the one under which most cells of most lines are numbers or stamps, and fewest
-//! are pieces of them. The first row is the first line whose cells are numbers wherever those of the
-//! later lines are, or the first of the lines right above it that begin as a row does; what is
+//! are pieces of them. The first row is the first line whose cells are numbers wherever those of
+//! the later lines are, or the first of the lines right above it that begin as a row does; what is
 //! above it is header, units and remarks.
 
 use super::beside::beside;

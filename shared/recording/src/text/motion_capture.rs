@@ -13,8 +13,8 @@ const NAMED_ROWS_MAX: usize = 12;
 /// The layout of an export of Vicon or OptiTrack; `None` of every other file.
 ///
 /// OptiTrack has rows of types, names and quantities above the axes, and times. Vicon has a row of
-/// subjects above the axes, one of units below, the rate in a line of its own and no times; behind the
-/// first kind of data another may follow.
+/// subjects above the axes, one of units below, the rate in a line of its own and no times; behind
+/// the first kind of data another may follow.
 pub(super) fn motion_capture(ahead: &[(u64, String)]) -> Option<Layout> {
     let dialect = Dialect { separator: b',', signs: Signs { decimal_comma: false, grouped: false }, labelled: false };
     let lines: Vec<(u64, Vec<String>)> = ahead.iter().map(|(line, text)| (*line, dialect.split_quoted(text))).collect();
@@ -37,8 +37,8 @@ pub(super) fn motion_capture(ahead: &[(u64, String)]) -> Option<Layout> {
     Some(Layout { dialect, header: names, units, header_line, first_line, rows, remarks: 0, interval, notes })
 }
 
-/// The names of the columns: what stands above an axis, joined by points. A subject stands above the
-/// first of its columns alone in an export of Vicon.
+/// The names of the columns: the texts above an axis, joined by points. A subject stands above
+/// the first of its columns alone in an export of Vicon.
 fn joined(above: &[&[String]], axes: &[String], is_vicon: bool) -> Option<Vec<String>> {
     let rows: Vec<&&[String]> = above.iter().filter(|cells| cells.len() + 1 >= axes.len() && cells.len() > 2).collect();
     let is_id = |cell: &str| cell.len() >= 16 && cell.bytes().all(|byte| byte.is_ascii_hexdigit());

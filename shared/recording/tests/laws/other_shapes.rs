@@ -72,7 +72,8 @@ fn names_above_each_other_are_those_of_motion_capture() {
 
 #[test]
 fn a_counter_counts_at_the_rate_that_the_file_states() {
-    let cases: [(&str, &str, fn(usize) -> u64); 3] = [
+    type Count = fn(usize) -> u64;
+    let cases: [(&str, &str, Count); 3] = [
         ("// Update Rate: 100.0Hz\n", "PacketCounter,SampleTimeFine,w", |k| {
             (4_294_900_000 + 100 * k as u64) % (1 << 32)
         }),

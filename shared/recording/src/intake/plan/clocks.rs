@@ -78,8 +78,8 @@ pub(super) fn position(columns: &[Column<'_>], name: &str) -> Option<usize> {
         .or_else(|| name.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).filter(|at| *at < columns.len()))
 }
 
-/// The columns whose names say that they hold the times: the best name, of equals the first; a clock
-/// in several columns before the one of them that is called like a clock, too.
+/// The columns whose names say that they hold the times: the best name, of equals the first; a
+/// clock in several columns before the one of them that is called like a clock, too.
 fn clock_by_name(
     source: &Source<'_>,
     columns: &[Column<'_>],
@@ -108,14 +108,16 @@ fn clock_by_name(
     }
 }
 
-/// Whether a column has the time since the row before: its name says so and its numbers do not rise.
+/// Whether a column has the time since the row before: its name says so and its numbers do not
+/// rise.
 fn holds_steps(column: &Column<'_>) -> bool {
     let sample = &column.seen.sample;
     let is_step = column.seen.kind == Kind::Number && clock::is_of_steps(&column.heading.name);
     is_step && sample.len() > 1 && sample.iter().all(|step| *step >= 0.0) && !sample.is_sorted_by(|a, b| a < b)
 }
 
-/// The first column with a word for time in its name whose numbers rise from row to row: `time_imu`.
+/// The first column with a word for time in its name whose numbers rise from row to row:
+/// `time_imu`.
 fn rising_clock(
     source: &Source<'_>,
     columns: &[Column<'_>],

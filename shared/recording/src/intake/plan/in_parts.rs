@@ -1,5 +1,5 @@
-//! Clocks that stand in several columns: the fields of a calendar, seconds and their parts, the week
-//! and the second of GPS.
+//! Clocks that stand in several columns: the fields of a calendar, seconds and their parts, the
+//! week and the second of GPS.
 
 use super::{Clock, Column, Kind};
 use crate::intake::clock::{part_of_second, words_of};
@@ -7,7 +7,7 @@ use crate::intake::stamps::{Form, Stamp};
 use crate::units::unit_named;
 
 const SECOND_NS: i64 = 1_000_000_000;
-const DAY_NS: i64 = 86_400 * SECOND_NS;
+const DAY_NS: i64 = 86_400_000_000_000;
 const WEEK_NS: i64 = 7 * DAY_NS;
 /// Days from 1970-01-01 to the first of GPS, 1980-01-06, and weeks that its messages can count.
 const GPS_DAY: i64 = 3657;

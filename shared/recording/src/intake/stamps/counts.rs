@@ -6,7 +6,7 @@ use jiff::civil::date;
 /// Days of a common year before each month.
 const BEFORE_MONTH: [i64; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
 const SECOND_NS: i64 = 1_000_000_000;
-const HOUR_NS: i64 = 3600 * SECOND_NS;
+const HOUR_NS: i64 = 3_600_000_000_000;
 /// Years that a stamp may have: `i64` nanoseconds since 1970 end in 2262.
 const YEARS: core::ops::Range<i64> = 1900..2262;
 
