@@ -108,7 +108,6 @@ mod run;
 mod run_series;
 mod schema;
 mod series;
-#[cfg(feature = "foreign")]
 mod since;
 mod spectrum;
 mod table;

@@ -1,6 +1,7 @@
 //! Units of time that name their zero: `seconds since 2024-03-05 15:00:00`, as netCDF writes them.
 
 use crate::intake::stamps::{Form, Stamp};
+#[cfg(feature = "foreign")]
 use crate::texts::seconds_of;
 use crate::units::unit_named;
 use jiff::civil::{Date, DateTime, Time};
@@ -33,6 +34,7 @@ impl Since {
     }
 
     /// A count \[s since 1970\], and what its `f64` does not hold; `rest` is that of the count.
+    #[cfg(feature = "foreign")]
     pub fn seconds(&self, count: f64, rest: f64) -> (f64, f64) {
         let per_s = self.count_s.recip().round();
         if !count.is_finite() {
@@ -90,7 +92,7 @@ fn offset_s(zone: &str) -> Option<i64> {
     Some(sign * (hours.parse::<i64>().ok()? * 3600 + minutes.parse::<i64>().ok()? * 60))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "foreign"))]
 mod tests {
     use super::*;
     use crate::intake::origin::split;
