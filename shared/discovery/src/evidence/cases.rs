@@ -487,7 +487,6 @@ fn what_held_out_data_correct_of_the_parameters_takes_nothing_of_what_they_say_o
         };
         let quadratic = ["joint_quadratic_damping", "quadratic_drag"];
         assert!(found.effects.iter().any(|effect| quadratic.contains(&&*effect.kind)), "{seed} {}", found.reason);
-        eprintln!("CUBIC {seed} {:?}", found.effects.iter().map(of_cubic).collect::<Vec<_>>());
         assert!(found.effects.iter().all(|effect| of_cubic(effect) < 0.1), "{seed} {}", found.reason);
     }
 }
