@@ -267,7 +267,7 @@ pub static PANEL: &[Entry] = &[
     shaped(
         kin(
             entry("mode_left_out", "mode:bending_2", Structure, ("mass_ratio", 0.05, 0.9), false),
-            &["appendage_left_out", "appendage_rotation_left_out"],
+            &["bending_mode_left_out", "appendage_left_out", "appendage_rotation_left_out"],
         ),
         &[("frequency", 9.0, 25.0), ("damping_ratio", 0.003, 0.02)],
     ),
