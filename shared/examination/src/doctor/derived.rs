@@ -66,8 +66,8 @@ pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Find
     findings
 }
 
-/// Pairs that are compared at most: those of 64 channels. A comparison takes 30 ms, all pairs of
-/// 5000 channels nine days.
+/// Pairs that are compared at most: those of 64 channels. A budget: all pairs of 5000 channels are
+/// six thousand times as many.
 const PAIRS_MAX: usize = 4096;
 
 /// Which channels may be the source of each: all, of many those of its place and those that stand
