@@ -99,7 +99,6 @@ const fn verdict(verdict: Verdict) -> DiagnosisVerdict {
         Verdict::ParameterConflict => DiagnosisVerdict::ParameterConflict,
         Verdict::InputTiming => DiagnosisVerdict::InputTiming,
         Verdict::Sensor => DiagnosisVerdict::Sensor,
-        Verdict::Unobservable => DiagnosisVerdict::Unobservable,
         Verdict::CannotDecide => DiagnosisVerdict::CannotDecide,
     }
 }

@@ -135,7 +135,10 @@ impl Rig {
 
     /// Readings of an instant, before faults of sensors.
     pub fn read(&self, motion: &Motion, u: &[f64]) -> Vec<f64> {
-        self.read_at(0.0, &motion.x, u, &motion.contacts)
+        // an input that begins now may move what the one before did not
+        let mut now = motion.clone();
+        self.settle(0.0, &mut now, u);
+        self.read_at(0.0, &now.x, u, &now.contacts)
     }
 
     fn read_at(&self, t_s: f64, x: &[f64], u: &[f64], contacts: &[Contact]) -> Vec<f64> {

@@ -2,8 +2,7 @@
 //!
 //! - False alarm: a null with right noise answered by anything but `none`; one with wrong noise by
 //!   physics or a sensor (`named`, `not_separable`, `sensor`, `not_in_catalogue`). `cannot_decide`
-//!   and `unobservable` on wrong noise are no alarms, nor is `not_in_catalogue` beside a remainder
-//!   that no law makes.
+//!   on wrong noise is no alarm, nor is `not_in_catalogue` beside a remainder that no law makes.
 //! - Detected: a verdict of those four. Power is that of single and masked cases; ideal
 //!   `Φ(d − z_m)`, z_m two-sided at [`ALPHA`] over the tool's number of hypotheses: the tested laws
 //!   times the points of the hidden law's grid (if that law was tested, else entries times sites of

@@ -44,13 +44,6 @@ impl StrongestBin {
     pub fn p(&self) -> f64 {
         (self.tried as f64 * libm::exp(-0.5 * self.evidence)).min(1.0)
     }
-
-    /// Its evidence is beyond that of the largest of so many bins of white noise at the level
-    /// `alpha`.
-    #[must_use]
-    pub fn is_significant(&self, alpha: f64) -> bool {
-        self.p() < alpha
-    }
 }
 
 /// Whitened innovations beyond this are clipped [standard deviations]: 6e-5 of a normal
@@ -251,8 +244,8 @@ mod tests {
             let parts: f64 = bands(&x)[1..].iter().map(|band| energy(&band.w)).sum();
             assert!((parts / energy(&x) - 1.0).abs() < 1e-12);
             let found = among(&[series(0, 0.01, x)]).expect("long enough");
-            stood[0] += usize::from(found.is_significant(0.05));
-            stood[1] += usize::from(found.is_significant(1.0));
+            stood[0] += usize::from(found.p() < 0.05);
+            stood[1] += usize::from(found.p() < 1.0);
         }
         // At most as promised (20 of 400, and three standard deviations of that); windows overlap
         // and a free variance has its price, but where every largest of a chance of one may pass,
@@ -268,7 +261,7 @@ mod tests {
             tone.iter_mut().enumerate().for_each(|(k, y)| *y += 0.4 * (turn * k as f64 + 0.2).sin());
             let found = among(&[series(0, 0.01, tone)]).expect("long enough");
             let hz = turn / (0.01 * core::f64::consts::TAU);
-            assert!(found.is_significant(1e-6) && found.band_hz[0] < hz && hz < found.band_hz[1], "{hz} {found:?}");
+            assert!(found.p() < 1e-6 && found.band_hz[0] < hz && hz < found.band_hz[1], "{hz} {found:?}");
             let whole = found.time_s == [0.0, 0.01 * 1999.0];
             assert!(whole && found.band_hz[1] - found.band_hz[0] < 0.11, "{found:?}");
         }
@@ -280,7 +273,7 @@ mod tests {
         spiked[700] += 9.0;
         let list = [series(0, 0.01, Noise::new(5).series(900, 1.0)), series(1, 0.02, spiked)];
         let found = among(&list).expect("long enough");
-        assert!(found.is_significant(1e-6));
+        assert!(found.p() < 1e-6);
         assert_eq!((found.run, found.time_s, found.band_hz), (1, [14.0, 14.0], [0.0, 25.0]));
         let mut burst = Noise::new(4).series(2048, 1.0);
         // amplitude two, alternating in pairs: a quarter of the sampling frequency, between the

@@ -121,7 +121,7 @@ fn on_hypotheses(
 ) -> Option<Leader> {
     let span = visited(linearised, propagators, place)?;
     let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
-    let columns = columns((session, propagators), linearised, place, &functions);
+    let columns = columns((session, propagators), linearised, (place, &functions), &mut |_, _| {});
     let extra: Vec<&Vec<f64>> = columns.iter().collect();
     let on =
         |white: &&White<'_>| NoiseHypothesis::of(session, theta, white.normal(session, theta, &extra)?, &white.noise);
@@ -153,12 +153,12 @@ fn propagators<'e>(session: &'e EstimationSession<'_>, plant: &Plant, theta: &[f
     (0..session.timelines.len()).map(propagator).collect()
 }
 
-/// `−∂ν/∂w` of every function.
+/// `−∂ν/∂w` of every function; `seen` receives what it adds to the states, run by run.
 fn columns(
     (session, propagators): (&EstimationSession<'_>, &[Propagator<'_>]),
     linearised: &LinearisedProblem,
-    place: &Place,
-    functions: &Functions<'_>,
+    (place, functions): (&Place, &Functions<'_>),
+    seen: &mut dyn FnMut((usize, usize), &Sources),
 ) -> Vec<Vec<f64>> {
     let mut columns = vec![vec![0.0; linearised.nu.len()]; functions.count];
     for (run, (linear, propagator)) in linearised.linears.iter().zip(propagators).enumerate() {
@@ -167,7 +167,9 @@ fn columns(
             Acts::Reading(channel) => Box::new(errors(linear, propagator, (place, channel), functions)),
         };
         for (i, column) in columns.iter_mut().enumerate() {
-            let change = respond(linear, propagator.timeline, &sources(i));
+            let sources = sources(i);
+            seen((run, i), &sources);
+            let change = respond(linear, propagator.timeline, &sources);
             for (c, change) in column[session.offsets[run]..].iter_mut().zip(change) {
                 *c = -change;
             }

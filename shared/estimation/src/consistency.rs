@@ -18,7 +18,7 @@ mod whiteness;
 pub use laws::{
     DEGREES_MIN, chi_square_quantile, mean_square_band, normal_quantile, normal_two_sided_tail, z_score_limit,
 };
-pub use score::{LongRunScore, bartlett_weight, long_run_score, score_statistic};
+pub use score::{bartlett_weight, score_statistic};
 pub use whiteness::{ScaleVerdict, WHITENESS_SCALES, Whiteness, coloured_scale, ljung_box, tested_scales};
 
 use nalgebra::{SMatrix, SVector};

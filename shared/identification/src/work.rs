@@ -223,15 +223,6 @@ impl Work {
         spent + share * (self.most() - spent).max(0.0)
     }
 
-    /// How many of one `cost` there is room for; where for none, `what` is left out.
-    pub fn pays_for(&self, cost: f64, what: &'static str) -> usize {
-        let many = ((self.most() - self.spent()) / cost.max(1.0)).max(0.0) as usize;
-        if many == 0 {
-            self.leave_out(what);
-        }
-        many
-    }
-
     /// Notes work that the budget did not allow; the same note twice counts once.
     pub fn leave_out(&self, what: &'static str) {
         if let Ok(mut list) = self.left_out.lock() {
@@ -288,7 +279,6 @@ mod tests {
         assert!(
             !work.allows(60.0, "b") && !work.allows(50.0, "a") && !work.allows(60.0, "b") && work.allows(40.0, "c")
         );
-        assert!(work.pays_for(20.0, "d") == 2 && work.pays_for(30.0, "d") == 1 && work.pays_for(41.0, "b") == 0);
         assert!((work.spent() - 60.0).abs() < 1e-9);
         assert_eq!(work.note().unwrap(), "to bound the work these were left out: a; b");
     }
@@ -315,9 +305,9 @@ mod tests {
         assert!((one.spent() - 40.0).abs() < 1e-9 && (watch.counted() - 45.0).abs() < 1e-9);
         assert!(one.allows(60.0, "a") && one.goes_on("a") && !watch.is_stopped());
         stop.store(true, Ordering::Relaxed);
-        assert!(!one.allows(0.0, "a") && !one.goes_on("b") && one.pays_for(1.0, "c") == 0);
+        assert!(!one.allows(0.0, "a") && !one.goes_on("b"));
         assert!((one.until(1.0) - 40.0).abs() < 1e-9 && one.affords(1.0, 1.0) == 0.0);
-        assert_eq!(one.note().unwrap(), "for the interruption these were left out: a; b; c");
+        assert_eq!(one.note().unwrap(), "for the interruption these were left out: a; b");
         assert!(other.is_stopped() && other.note().is_none());
     }
 }

@@ -55,7 +55,6 @@ fn physics(diagnosis: &Diagnosis, mislabelled: bool) -> Option<String> {
         }
         Verdict::NotInCatalogue => unknown(diagnosis),
         Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming => first_clause(&diagnosis.reason),
-        Verdict::Unobservable => "these recordings cannot show an effect of its usual size".into(),
         Verdict::CannotDecide => format!("these recordings decide nothing: {}", first_clause(&diagnosis.reason)),
         Verdict::None if diagnosis.relevance_percent.is_some() => first_clause(&diagnosis.reason),
         Verdict::None => "the plant lacks nothing that these recordings could show".into(),

@@ -143,30 +143,22 @@ pub fn laws(diagnosis: &Diagnosis) -> Vec<Figure> {
 fn law(map: &LawMap) -> Vec<Figure> {
     let (xs, ys) = (steps(map.cells.iter().map(|c| c.x)), steps(map.cells.iter().map(|c| c.y)));
     let mut figures = Vec::new();
-    let law = map.cells.iter().any(|c| c.law.is_finite());
     if let (Some(x), Some(y)) = (&xs, &ys) {
-        let all = map.cells.iter().flat_map(|c| [c.value, c.law]).filter(|f| f.is_finite());
+        let all = map.cells.iter().map(|c| c.value).filter(|f| f.is_finite());
         let range = all.fold(None, |r: Option<(f64, f64)>, v| Some(r.map_or((v, v), |(l, h)| (l.min(v), h.max(v)))));
-        let draw = |value: fn(&discovery::diagnose::LawCell) -> f64, claim: &str| {
-            let mut rows = vec![vec![f64::NAN; x.count]; y.count];
-            map.cells.iter().for_each(|cell| rows[y.place(cell.y)][x.place(cell.x)] = value(cell));
-            StateMap {
-                x: (&map.x.0, &map.x.1),
-                x_range: x.ends(),
-                y: (&map.y.0, &map.y.1),
-                y_range: y.ends(),
-                force: (&map.quantity, &map.unit),
-                range,
-                rows,
-                visited: (&[], &[]),
-            }
-            .draw(claim)
+        let mut rows = vec![vec![f64::NAN; x.count]; y.count];
+        map.cells.iter().for_each(|cell| rows[y.place(cell.y)][x.place(cell.x)] = cell.value);
+        let figure = StateMap {
+            x: (&map.x.0, &map.x.1),
+            x_range: x.ends(),
+            y: (&map.y.0, &map.y.1),
+            y_range: y.ends(),
+            force: (&map.quantity, &map.unit),
+            range,
+            rows,
+            visited: (&[], &[]),
         };
-        let over = format!("over {} and {}", map.x.0, map.y.0);
-        figures.push(draw(|c| c.value, &format!("{} that the data ask for {over}", map.quantity)));
-        if law {
-            figures.push(draw(|c| c.law, &format!("{}: the fitted law {over}, on the same scale", map.quantity)));
-        }
+        figures.push(figure.draw(&format!("{} that the data ask for over {} and {}", map.quantity, map.x.0, map.y.0)));
     }
     if xs.is_some() {
         figures.extend(profile(map, &map.x, |c| c.x));
@@ -208,20 +200,16 @@ fn steps(values: impl Iterator<Item = f64>) -> Option<Steps> {
 /// The law along one coordinate, cells of equal coordinate averaged by their variances.
 fn profile(map: &LawMap, axis: &(String, String), along: fn(&discovery::diagnose::LawCell) -> f64) -> Option<Figure> {
     let steps = steps(map.cells.iter().map(along))?;
-    let mut sums = vec![[0.0_f64; 3]; steps.count];
+    let mut sums = vec![[0.0_f64; 2]; steps.count];
     for cell in map.cells.iter().filter(|c| c.value.is_finite() && c.sigma > 0.0 && c.sigma.is_finite()) {
         let weight = 1.0 / (cell.sigma * cell.sigma);
         let sum = &mut sums[steps.place(along(cell))];
-        *sum = [sum[0] + weight, sum[1] + weight * cell.value, sum[2] + weight * cell.law];
+        *sum = [sum[0] + weight, sum[1] + weight * cell.value];
     }
     let seen: Vec<usize> = (0..steps.count).filter(|k| sums[*k][0] > 0.0).collect();
     let x: Vec<f64> = seen.iter().map(|k| steps.first + *k as f64 * steps.step).collect();
-    let mean = |of: usize| -> Vec<f64> { seen.iter().map(|k| sums[*k][of] / sums[*k][0]).collect() };
-    let (force, law) = (mean(1), mean(2));
-    let mut curves = vec![Curve { label: "from the data", role: Role::Measured, x: &x, y: &force }];
-    if law.iter().any(|v| v.is_finite()) {
-        curves.push(Curve { label: "fitted law", role: Role::After, x: &x, y: &law });
-    }
+    let force: Vec<f64> = seen.iter().map(|k| sums[*k][1] / sums[*k][0]).collect();
+    let curves = vec![Curve { label: "from the data", role: Role::Measured, x: &x, y: &force }];
     let (low, high) = force.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let claim = format!("{} along {}: from {} to {} {}", map.quantity, axis.0, short(low), short(high), map.unit);
     let figure = Scatter { x: (&axis.0, &axis.1), y: (&map.quantity, &map.unit), curves, band: None };

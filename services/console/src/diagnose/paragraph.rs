@@ -35,7 +35,6 @@ pub fn verdict_words(verdict: Verdict) -> &'static str {
         Verdict::ParameterConflict => "a number is not as stated",
         Verdict::InputTiming => "inputs act at another time than stated",
         Verdict::Sensor => "a sensor",
-        Verdict::Unobservable => "unobservable",
         Verdict::CannotDecide => "cannot decide",
     }
 }

@@ -50,6 +50,10 @@ const fn stiffness(site: &'static str, coordinate: usize, start: f64, most: f64)
     kin(entry("joint_stiffness", site, Coordinate(coordinate), ("stiffness", start, most), false), &["joint_looseness"])
 }
 
+const fn tone(site: &'static str, seat: Seat, start: f64, most: f64) -> Entry {
+    entry("sensor_tone", site, seat, ("amplitude", start, most), false)
+}
+
 const fn drift(site: &'static str, sensor: usize, start: f64, most: f64) -> Entry {
     kin(entry("sensor_drift", site, Sensor(sensor), ("rate", start, most), true), &["sensor_warm_up"])
 }
@@ -109,10 +113,7 @@ pub static PENDULUM: &[Entry] = &[
     ),
     drift("sensor:angle", 0, 1e-5, 1.0),
     shaped(step("sensor:angle", 0, 2e-4), &[("begin", 4.0, 8.0), ("duration", 1.0, 4.0)]),
-    shaped(
-        entry("sensor_tone", "sensor:angle", Sensor(0), ("amplitude", 1e-4, 1.0), false),
-        &[("frequency", 2.0, 15.0), ("phase", 0.1, 3.0)],
-    ),
+    shaped(tone("sensor:angle", Sensor(0), 1e-4, 1.0), &[("frequency", 2.0, 15.0), ("phase", 0.1, 3.0)]),
 ];
 
 /// Effects that a case can hide at the motor drive.
@@ -172,10 +173,7 @@ pub static DRIVE: &[Entry] = &[
     ),
     drift("sensor:rate", 1, 3e-4, 1.0),
     shaped(step("sensor:rate", 1, 1e-3), &[("begin", 2.0, 4.0), ("duration", 0.5, 2.0)]),
-    shaped(
-        entry("sensor_tone", "sensor:rate", Sensor(1), ("amplitude", 5e-4, 1.0), false),
-        &[("frequency", 5.0, 40.0), ("phase", 0.1, 3.0)],
-    ),
+    shaped(tone("sensor:rate", Sensor(1), 5e-4, 1.0), &[("frequency", 5.0, 40.0), ("phase", 0.1, 3.0)]),
 ];
 
 /// Effects that a case can hide at the double pendulum.
@@ -195,10 +193,7 @@ pub static DOUBLE_PENDULUM: &[Entry] = &[
     ),
     drift("sensor:angle_1", 0, 1e-4, 1.0),
     shaped(step("sensor:angle_2", 1, 3e-4), &[("begin", 1.5, 3.0), ("duration", 0.5, 1.5)]),
-    shaped(
-        entry("sensor_tone", "sensor:angle_1", Sensor(0), ("amplitude", 2e-4, 1.0), false),
-        &[("frequency", 6.0, 40.0), ("phase", 0.1, 3.0)],
-    ),
+    shaped(tone("sensor:angle_1", Sensor(0), 2e-4, 1.0), &[("frequency", 6.0, 40.0), ("phase", 0.1, 3.0)]),
 ];
 
 /// Effects that a case can hide at the oscillator.
@@ -235,10 +230,7 @@ pub static OSCILLATOR: &[Entry] = &[
     ),
     drift("sensor:displacement", 0, 1e-6, 1e-2),
     shaped(step("sensor:displacement", 0, 1e-6), &[("begin", 1.0, 2.0), ("duration", 0.3, 1.0)]),
-    shaped(
-        entry("sensor_tone", "sensor:acceleration", Sensor(1), ("amplitude", 5e-3, 5.0), false),
-        &[("frequency", 10.0, 70.0), ("phase", 0.1, 3.0)],
-    ),
+    shaped(tone("sensor:acceleration", Sensor(1), 5e-3, 5.0), &[("frequency", 10.0, 70.0), ("phase", 0.1, 3.0)]),
 ];
 
 /// Effects that a case can hide at the planar tank.
@@ -262,10 +254,7 @@ pub static TANK: &[Entry] = &[
         entry("actuator_lag", "actuator:torque", Input(2), ("time_constant", 0.1, 20.0), false),
         &["actuator_delay", "actuator_second_order"],
     ),
-    shaped(
-        entry("sensor_tone", "sensor:acceleration_x", Sensor(0), ("amplitude", 5e-5, 1.0), false),
-        &[("frequency", 0.03, 0.2), ("phase", 0.1, 3.0)],
-    ),
+    shaped(tone("sensor:acceleration_x", Sensor(0), 5e-5, 1.0), &[("frequency", 0.03, 0.2), ("phase", 0.1, 3.0)]),
 ];
 
 // No joint_viscous at the bearing: no sensor measures its rate, and an unknown initial rate is
@@ -275,7 +264,7 @@ pub static PANEL: &[Entry] = &[
     shaped(
         kin(
             entry("mode_left_out", "mode:bending_2", Structure, ("mass_ratio", 0.05, 0.9), false),
-            &["appendage_left_out", "appendage_rotation_left_out"],
+            &["bending_mode_left_out", "appendage_left_out", "appendage_rotation_left_out"],
         ),
         &[("frequency", 9.0, 25.0), ("damping_ratio", 0.003, 0.02)],
     ),
@@ -296,8 +285,5 @@ pub static PANEL: &[Entry] = &[
         &["sensor_delay", "clock_offset"],
     ),
     shaped(step("sensor:acceleration_3", 0, 1e-4), &[("begin", 2.0, 3.5), ("duration", 0.5, 1.5)]),
-    shaped(
-        entry("sensor_tone", "sensor:acceleration_10", Sensor(2), ("amplitude", 1e-4, 1.0), false),
-        &[("frequency", 12.0, 40.0), ("phase", 0.1, 3.0)],
-    ),
+    shaped(tone("sensor:acceleration_10", Sensor(2), 1e-4, 1.0), &[("frequency", 12.0, 40.0), ("phase", 0.1, 3.0)]),
 ];

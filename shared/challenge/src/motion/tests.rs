@@ -49,6 +49,16 @@ fn above_break_away_it_slides_with_what_is_left_of_the_force() {
 }
 
 #[test]
+fn a_body_at_rest_accelerates_in_the_reading_of_the_instant_at_which_it_is_pushed() {
+    let bench = bench("oscillator");
+    let numbers = Numbers::of(&kept(bench));
+    let rig = rig(bench, &numbers, &[(hidden("joint_coulomb", &[("force", 0.5)]), Seat::Coordinate(0))], 1, 2);
+    let motion = rig.begin(&[0.0], &[0.0]);
+    let acceleration = |push: f64| rig.read(&motion, &[push])[1];
+    assert!((acceleration(-2.0) + 1.5 / 1.8).abs() < 1e-9 && acceleration(0.4) == 0.0, "{}", acceleration(-2.0));
+}
+
+#[test]
 fn an_oscillator_on_dry_friction_loses_four_friction_heights_a_cycle() {
     let bench = bench("oscillator");
     let mut numbers = Numbers::of(&kept(bench));

@@ -60,7 +60,7 @@ fn opened(truth: Truth, answer: Answer) -> Opened {
 fn silence_is_asked_of_right_noise_and_no_physics_of_wrong_noise() {
     let alarm = |noise, verdict: &str| is_false_alarm(&truth(Class::Null, noise, &[], 0.0), &answer(verdict, &[]));
     assert!(!alarm(NoiseKind::Right, "none"));
-    for verdict in ["noise_model", "named", "cannot_decide", "not_in_catalogue", "unobservable"] {
+    for verdict in ["noise_model", "named", "cannot_decide", "not_in_catalogue"] {
         assert!(alarm(NoiseKind::Right, verdict), "{verdict}");
     }
     for verdict in ["none", "noise_model", "cannot_decide"] {

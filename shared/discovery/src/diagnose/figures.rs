@@ -125,7 +125,7 @@ pub(crate) fn state_map(session: &EstimationSession<'_>, map: &UnknownLaw) -> La
         };
         (name.clone(), unit)
     };
-    let cell = |c: &Cell| LawCell { x: c.at[0], y: c.at[1], value: c.value, sigma: c.sigma, law: f64::NAN };
+    let cell = |c: &Cell| LawCell { x: c.at[0], y: c.at[1], value: c.value, sigma: c.sigma };
     LawMap { quantity, unit: own.to_owned(), x: axis(0), y: axis(1), cells: map.cells.iter().map(cell).collect() }
 }
 

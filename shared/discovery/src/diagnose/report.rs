@@ -27,8 +27,6 @@ pub enum Verdict {
     InputTiming,
     /// Only errors of sensors are missing, or the channel metadata is wrong.
     Sensor,
-    /// No effect of the catalogue would show at its usual size.
-    Unobservable,
     /// The data do not decide, for the reason given.
     CannotDecide,
 }
@@ -244,8 +242,6 @@ pub struct LawCell {
     pub y: f64,
     pub value: f64,
     pub sigma: f64,
-    /// NaN where no law was fitted.
-    pub law: f64,
 }
 
 /// Cosines between the best candidates once the nominal unknowns are projected off.

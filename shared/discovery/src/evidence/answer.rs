@@ -4,10 +4,12 @@ mod compares;
 mod effects;
 mod figures;
 mod numbers;
+mod reason;
 mod relevant;
 
 use super::alias::classes;
 use super::decide::{Class, Decision, Weighted, decide, found_verdict};
+use super::exact::Exact;
 use super::horizon::Compared;
 use super::hypothesis::{Hypothesis, name_of};
 use super::law::{Kind, Law};
@@ -18,6 +20,7 @@ use crate::diagnose::{
     Compare, Diagnosis, FittedModel, HeldOutEvidence, InputTiming, Next, OpenHypothesis, Options, Tried, Verdict,
     held_out,
 };
+use dynamics::description::Plant;
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
 use identification::held_out::{Gain, Status};
 
@@ -26,7 +29,7 @@ use compares::Compares;
 /// Weight below which a rival is left out of the report.
 const REPORTED: f64 = 1e-3;
 
-/// The names of all hypotheses in the pool: laws by kind and site, others by their keys.
+/// The names of all hypotheses in the pool: kind and site.
 struct Names {
     list: Vec<String>,
 }
@@ -48,14 +51,21 @@ impl Names {
                     members.push((own.class(), self.place(name_of(&part.column.candidate))));
                 }
             } else {
-                let name = match own {
-                    Hypothesis::Timing(_) => "input timing".to_owned(),
-                    _ => own.key(&model.problem.plant),
-                };
-                members.push((own.class(), self.place(name)));
+                members.push((own.class(), self.place(other_name(own, &model.problem.plant))));
             }
         }
         members
+    }
+}
+
+/// Kind and site of what is no effect.
+fn other_name(own: &Hypothesis, plant: &Plant) -> String {
+    match own {
+        Hypothesis::Conflict(name) | Hypothesis::Exact(Exact { name, .. }) => format!("parameter_conflict@{name}"),
+        Hypothesis::Coloured(channel) => format!("coloured_noise@sensor:{}", plant.sensors[*channel].name),
+        Hypothesis::Disturbance(_, name) => format!("unstated_disturbance@{name}"),
+        Hypothesis::Timing(_) => "input_timing@inputs".to_owned(),
+        Hypothesis::Effect(_) => own.key(plant),
     }
 }
 
@@ -282,78 +292,5 @@ impl Shown<'_> {
             })
             .collect();
         diagnosis
-    }
-
-    fn reason(&self) -> String {
-        let leader = &self.leader().model;
-        let key = leader.key();
-        let odds = self.pool.log_odds(self.decision.leader);
-        let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
-        let reason = match self.verdict() {
-            Verdict::NotInCatalogue | Verdict::CannotDecide if self.is_smaller() => {
-                format!("{key}: {odds:.1} nats ahead of the plant without a finding, and more is left")
-            }
-            Verdict::CannotDecide if self.decision.verdict == Verdict::CannotDecide => format!(
-                "{key} is missing (probability {:.3}), or the noise is not as stated{}",
-                self.decision.found,
-                self.remainder()
-            ),
-            Verdict::CannotDecide if self.law.is_none() => {
-                format!("the search ended at the limit of its work before all laws were compared{}", self.remainder())
-            }
-            Verdict::NotInCatalogue | Verdict::CannotDecide => {
-                return self.law.map_or(String::new(), |law| format!("{}{}", law.words, self.remainder()));
-            }
-            Verdict::Named | Verdict::Sensor => {
-                format!("{key}: {odds:.1} nats ahead of the plant without a finding, prior and multiplicity counted")
-            }
-            Verdict::NotSeparable => format!(
-                "something is missing (probability {:.3}), and several laws explain it: {key} leads, {odds:.1} nats ahead of the plant without a finding",
-                self.decision.found
-            ),
-            Verdict::ParameterConflict => format!("{key}: {odds:.1} nats ahead of the number as the file states it"),
-            Verdict::InputTiming => {
-                format!(
-                    "{key} (half a sample earlier: linear between stamps): {odds:.1} nats ahead of inputs held from their stamps"
-                )
-            }
-            Verdict::NoiseModel => {
-                format!(
-                    "the noise is not as stated; no physics is missing beside it: {}{}",
-                    self.noise(),
-                    self.remainder()
-                )
-            }
-            _ if self.is_irrelevant() && !matches!(self.decision.verdict, Verdict::None) => self.not_worth(&key),
-            _ => format!(
-                "nothing is missing that this recording could show; see the detection limits{}",
-                self.remainder()
-            ),
-        };
-        let unworthy = match &self.unworthy[..] {
-            [] => String::new(),
-            names => format!("; seen and not worth adding: {}", names.join(", ")),
-        };
-        format!("{reason}{unworthy}{beside}")
-    }
-
-    /// Fitted noise over stated, in words.
-    fn noise(&self) -> String {
-        let (noise, stated) = (&self.leader().model.noise, &self.session.noise);
-        let sensors = self.session.problem.plant.sensors.iter().enumerate().map(|(i, sensor)| {
-            let colour = if noise.pole[i] == 0.0 { String::new() } else { format!(", pole {:.2}", noise.pole[i]) };
-            format!("{} x{:.2}{colour}", sensor.name, noise.sensor_sigma[i] / stated.sensor_sigma[i])
-        });
-        let inputs = self.session.noise_names.iter().enumerate();
-        let stated_inputs = inputs.filter(|(i, _)| self.session.disturbance_sigma[*i].is_infinite());
-        let inputs =
-            stated_inputs.map(|(i, name)| format!("{name} x{:.2}", noise.input_sigma[i] / stated.input_sigma[i]));
-        let unstated = self.leader().model.set.iter().filter_map(|own| match own {
-            Hypothesis::Disturbance(k, name) => {
-                Some(format!("disturbance of {name} {:.3e}, which is not stated", noise.input_sigma[*k]))
-            }
-            _ => None,
-        });
-        sensors.chain(inputs).chain(unstated).collect::<Vec<_>>().join(", ")
     }
 }

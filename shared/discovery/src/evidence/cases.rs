@@ -467,3 +467,26 @@ fn nothing_is_missing_is_not_said_beside_an_outlier() {
     assert!(found.verdict == Verdict::NoiseModel && found.reason.contains("outliers"), "{}", found.reason);
     assert!(found.located.iter().any(|place| place.channel == "angle"), "{:?}", found.located);
 }
+
+/// A short record leaves the friction wide, and what this moves in a long one is no memory of the
+/// noise.
+#[test]
+fn what_held_out_data_correct_of_the_parameters_takes_nothing_of_what_they_say_of_the_laws() {
+    let nominal = plant("oscillator");
+    for seed in 51..=54 {
+        let truth =
+            with_effect(&off_priors(&nominal, seed), "joint_quadratic_damping", "joint:rail", &[("damping", 30.0)]);
+        let [fitted, other] =
+            [(seed, 0.8), (seed + 50, 4.0)].map(|(seed, s)| problem(&nominal, recording(&truth, seed, s)));
+        let options = Options { threads: 2, held_out: Some(other), ..Options::default() };
+        let found = diagnose(&fitted, &options, &mut |_, _| {});
+        let of_cubic = |effect: &crate::diagnose::EffectReport| {
+            let rivals = effect.rivals.iter().map(|rival| (&rival.kind, rival.probability));
+            let all = rivals.chain([(&effect.kind, effect.probability)]);
+            all.filter(|(kind, _)| *kind == "joint_cubic_damping").map(|(_, p)| p).sum::<f64>()
+        };
+        let quadratic = ["joint_quadratic_damping", "quadratic_drag"];
+        assert!(found.effects.iter().any(|effect| quadratic.contains(&&*effect.kind)), "{seed} {}", found.reason);
+        assert!(found.effects.iter().all(|effect| of_cubic(effect) < 0.1), "{seed} {}", found.reason);
+    }
+}

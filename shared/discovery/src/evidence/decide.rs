@@ -100,6 +100,9 @@ pub(super) struct Decision {
     pub inclusion: Vec<f64>,
     /// Weight of all models with physics or an error of a sensor.
     pub found: f64,
+    /// Weight of all models with anything of the leader's classes; of all that find nothing where
+    /// the leader does.
+    pub of_kind: f64,
 }
 
 /// The verdict on models whose weights add to one; `names` is how many names there are,
@@ -159,7 +162,11 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     } else {
         Verdict::NoiseModel
     };
-    Decision { verdict, leader, inclusion, found }
+    let of_kind = match members.iter().map(|(class, _)| *class).collect::<Vec<Class>>() {
+        own if own.is_empty() => 1.0 - weight(&ALL),
+        own => weight(&own),
+    };
+    Decision { verdict, leader, inclusion, found, of_kind }
 }
 
 /// The verdict on findings: of members of the leading model, with the weights of all names.

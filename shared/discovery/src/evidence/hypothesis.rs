@@ -21,6 +21,7 @@
 
 use super::decide::{Class, WIDTH_SPREAD};
 use super::exact::Exact;
+use super::marginal::log_mass;
 use super::timing;
 use crate::score::candidates::motion;
 use crate::score::{Candidate, Column};
@@ -210,22 +211,27 @@ fn prior_of(
     }
 }
 
-/// `ln` of the true prior's density over that of the fit's normal one at `theta`, of all searched
-/// numbers of a set.
+/// `ln` of the true prior's density over that of the fit's normal one, cut at its range, at
+/// `theta`, of all searched numbers of a set.
 pub(super) fn log_swap(set: &[Hypothesis], unknowns: &[Unknown], theta: &[f64]) -> f64 {
     let mut sum = 0.0;
     for part in set.iter().flat_map(Hypothesis::parts) {
         for (name, prior) in &part.inner {
             let own = unknown_of(&part.column.candidate, name);
             let Some(at) = unknowns.iter().position(|unknown| unknown.parameter == own) else { continue };
-            let z = (theta[at] - unknowns[at].prior) / unknowns[at].sigma;
-            let normal = -0.5 * z * z - libm::log(unknowns[at].sigma) - 0.5 * libm::log(core::f64::consts::TAU);
+            let normal = log_cut_normal(&unknowns[at], theta[at]);
             if theta[at] > 0.0 || matches!(prior, InnerPrior::Uniform(_)) {
                 sum += prior.log_density(theta[at]) - normal;
             }
         }
     }
     sum
+}
+
+/// `ln` of a normal prior's density at `value`, cut at the range of the unknown.
+fn log_cut_normal(unknown: &Unknown, value: f64) -> f64 {
+    let [low, z, high] = [unknown.low, value, unknown.high].map(|at| (at - unknown.prior) / unknown.sigma);
+    -0.5 * z * z - libm::log(unknown.sigma) - 0.5 * libm::log(core::f64::consts::TAU) - log_mass(low, high)
 }
 
 /// `plant` with the numbers that `set` frees.
@@ -255,5 +261,27 @@ mod tests {
         assert!((mass(InnerPrior::LogUniform([0.1, 10.0]), 0.1, 10.0) - 1.0).abs() < 1e-9);
         assert!((mass(InnerPrior::LogNormal(0.2), 1e-6, 1e6) - 1.0).abs() < 1e-6);
         assert!((mass(InnerPrior::Uniform(3.0), 1e-9, 3.0) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_normal_prior_whose_middle_lies_outside_its_range_has_one_unit_of_mass_inside() {
+        for (prior, sigma) in [(1.0, 0.3), (3.0, 0.5), (20.0, 3.0)] {
+            let name = || "order".to_owned();
+            let unknown = Unknown {
+                name: name(),
+                parameter: name(),
+                unit: String::new(),
+                prior,
+                sigma,
+                low: 2.0,
+                high: 6.0,
+                recording: None,
+                segment: None,
+            };
+            let h = 1e-4;
+            let mass: f64 =
+                (0..40_000).map(|i| h * libm::exp(log_cut_normal(&unknown, 2.0 + h * (f64::from(i) + 0.5)))).sum();
+            assert!((mass - 1.0).abs() < 1e-4, "{prior} {mass}");
+        }
     }
 }

@@ -10,6 +10,7 @@ use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
 use crate::unknown_law::{self, UnknownLaw};
 use identification::fit::EstimationSession;
 use identification::held_out::{Status, instants};
+use identification::problem::Unknown;
 
 /// What a remainder is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,15 +60,13 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool, without: &[String]) -> Op
     let is_ahead = |(nats, _): &(f64, UnknownLaw)| *nats > pool.log_odds_here(best) + level;
     let alone = if is_left { of(quiet).filter(is_ahead) } else { None };
     // of two laws of one number the one with a name carries it: one without may take the place of
-    // several names, or of none
-    let names: usize = pool.entries[best].model.set.iter().map(|own| own.parts().len()).sum();
+    // several numbers, or of none
+    let numbers = numbers(&pool.entries[best].model);
     let needed = pool.log_odds_here(best) + level + pool.log_m;
-    let power = if names != 1 { powers::best(ground, &pool.entries[quiet].model, (without, needed)) } else { None };
-    let power = power.and_then(|found| Some((nats_of(&found, pool)?, found)));
-    if let Some((nats, found)) = power.filter(is_ahead) {
-        return Some(law(ground, Kind::Instead { is_of_time: false }, words(nats, &found), &found));
-    }
-    let (instead, beside) = if names > 0 { (alone, beside) } else { (beside, None) };
+    let power = if numbers != 1 { powers::best(ground, &pool.entries[quiet].model, (without, needed)) } else { None };
+    let power = power.and_then(|found| Some((nats_of(&found, pool)?, found))).filter(is_ahead);
+    let (instead, beside) = if numbers > 0 { (alone, beside) } else { (beside, None) };
+    let instead = power.into_iter().chain(instead).max_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((nats, found)) = instead {
         let kind = Kind::Instead { is_of_time: found.place.is_of_time() };
         return Some(law(ground, kind, words(nats, &found), &found));
@@ -79,6 +78,12 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool, without: &[String]) -> Op
         }
         None => rest(),
     }
+}
+
+/// How many numbers the laws of a model have: amplitudes and shapes that a fit moves.
+fn numbers(model: &Model) -> usize {
+    let is_of_law = |unknown: &&Unknown| unknown.parameter.starts_with("effect.");
+    model.problem.unknowns.iter().filter(is_of_law).count()
 }
 
 /// Nats of a law ahead of the plant without a finding, price and choice counted, where its odds

@@ -35,7 +35,7 @@ const HELD_OUT_STEPS_MAX: usize = 5;
 const HELD_OUT_SHORTENINGS_MAX: usize = 3;
 const HELD_OUT_STEP_GAIN_MIN: f64 = 0.1;
 
-/// `ln p(D₂|D₁) − ln p(D₂|θ̂₁)`; `None` where `other` cannot be linearised.
+/// `ln p(D₂|D₁) − ln p(D₂|θ̂₁)`, and the instants at θ*; `None` where `other` cannot be linearised.
 ///
 /// Cost: a pass for each number and step.
 pub(super) fn learned(
@@ -43,7 +43,7 @@ pub(super) fn learned(
     (other, blank): (&Problem, &EstimationSession<'_>),
     model: &Model,
     at: &At<'_>,
-) -> Option<f64> {
+) -> Option<(f64, Instants)> {
     let problem = about_estimates(other, model);
     let begun = begun(&problem, at.own);
     let session = session_of(Ground { session: blank }, &model.set, &problem, &begun)?;
@@ -56,15 +56,16 @@ pub(super) fn learned(
         |theta: &[f64]| DVector::from_fn(theta.len(), |i, _| (theta[i] - unknowns[i].prior) / unknowns[i].sigma);
     let there = |theta: Vec<f64>| {
         let linearised = LinearisedProblem::new(&session, &problem.plant, &theta, at.noise).ok()?;
-        let value = Instants::new(&session, &linearised.linears, at.noise)?.sum() - price(&off(&theta));
-        Some((value, theta, linearised)).filter(|(value, ..)| value.is_finite())
+        let terms = Instants::new(&session, &linearised.linears, at.noise)?;
+        let value = terms.sum() - price(&off(&theta));
+        Some((value, theta, linearised, terms)).filter(|(value, ..)| value.is_finite())
     };
     let mut best = there(begun.clone())?;
     let log_det = |factor: &Cholesky<f64, nalgebra::Dyn>| factor.l_dirty().diagonal().map(libm::log).sum();
     let prior = log_det(&Cholesky::new(precision.clone())?);
     let mut width = 0.0;
     for _ in 0..HELD_OUT_STEPS_MAX {
-        let (value, theta, linearised) = &mut best;
+        let (value, theta, linearised, _) = &mut best;
         linearised.take_jacobian(&session, &problem.plant, theta);
         let linear = Linearly { session: &session, linearised, theta, extra: &[], room: &[] };
         let normal = linear.normal(at.noise)?;
@@ -85,7 +86,7 @@ pub(super) fn learned(
         let Some(next) = tried.into_iter().find(|next| next.0 > least) else { break };
         best = next;
     }
-    Some(best.0 + width - at.log_likelihood)
+    Some((best.0 + width - at.log_likelihood, best.3))
 }
 
 /// `horizons` of `model` with what its shared parameters give a distance: with C = P⁻¹ = L Lᵀ (k ×

@@ -134,7 +134,11 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
             let InnerPrior::LogUniform([low, high]) = prior else { continue };
             let name = unknown_of(&part.column.candidate, name);
             let own = problem.unknowns.iter_mut().filter(|unknown| unknown.parameter == name);
-            own.for_each(|unknown| (unknown.low, unknown.high) = (unknown.low.max(*low), unknown.high.min(*high)));
+            for unknown in own {
+                (unknown.low, unknown.high) = (unknown.low.max(*low), unknown.high.min(*high));
+                // the middle of a screening may lie outside
+                unknown.prior = unknown.prior.clamp(unknown.low, unknown.high);
+            }
         }
     }
     for own in set {

@@ -95,7 +95,8 @@ impl Pool {
         ahead += counts - whole;
         match (&ours.held_out, &theirs.held_out) {
             (Some(own), Some(other)) => {
-                let [whole, counts] = own.terms.tempered(&other.terms);
+                // an error of the parameters that held-out data correct goes one way for long
+                let [whole, counts] = own.found.tempered(&other.found);
                 ahead += counts - whole;
             }
             // a plant that does not survive what another one predicts

@@ -12,7 +12,6 @@ use super::scale::Drive;
 use super::screen::{along_noise_free_loop, scaled_stated};
 use crate::score::{Candidate, Instants, Lines, candidates, columns};
 use crate::unknown_law::{self, Acts, NoiseHypothesis, Power, UnknownLaw};
-use identification::dot::dot;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, White};
 use nalgebra::Cholesky;
@@ -24,9 +23,11 @@ const RATED_MAX: usize = 12;
 /// Share of the nats that are needed from which a rating is worth an evaluation: noise that is free
 /// may leave a law more than either of two does. A budget.
 const RATED_SHARE: f64 = 0.5;
-/// Cosine from which two columns are one law: what of `d²` they differ by, 1 − c² = 4 %, is no more
-/// than noise and a linear problem leave open.
+/// Cosine from which two columns, whitened and without what the unknowns take up, are one law: what
+/// of `d²` they differ by, 1 − c² = 4 %, is no more than noise and a linear problem leave open.
 const SAME_LAW_COSINE: f64 = 0.98;
+/// Columns of the catalogue that are whitened at a time. A budget of memory.
+const WHITENED: usize = 32;
 /// Columns that rating all laws of a plant costs, for the limit of the work: some thirty for an
 /// input.
 const COLUMNS: usize = 40;
@@ -48,7 +49,8 @@ struct Rated {
 pub(super) fn best(ground: Ground<'_>, model: &Model, (without, needed): (&[String], f64)) -> Option<UnknownLaw> {
     let session = model.session(ground)?;
     let inputs = model.fit.linearised.linears.first()?.input_names.len();
-    let work = model.fit.linearised.normal_work(&session, COLUMNS * inputs);
+    let work =
+        model.fit.linearised.normal_work(&session, COLUMNS) * (inputs + model.problem.plant.sensors.len()) as f64;
     if !session.work.allows(work, "laws of one number without a name") {
         return None;
     }
@@ -59,8 +61,9 @@ pub(super) fn best(ground: Ground<'_>, model: &Model, (without, needed): (&[Stri
     if few.is_empty() {
         return None;
     }
-    let named = Named::of(&session, model, without);
-    few.retain(|own| !named.holds(&own.power));
+    let names = names(&session, model, (without, &few))?;
+    let mut has_name = names.iter();
+    few.retain(|_| !has_name.next().is_some_and(|named| *named));
     few.truncate(EVALUATED_MAX);
     look.evaluated(few, tried)
 }
@@ -98,7 +101,7 @@ impl Look<'_> {
     fn rate(&self, laws: Vec<Power>, drive: &Drive, whites: &[White<'_>]) -> Vec<Rated> {
         let scale = |power: &Power| {
             let channel = if let Acts::Reading(channel) = power.place.acts { Some(channel) } else { None };
-            drive.amplitude(self.session, channel, &power.column)
+            drive.amplitude(self.session, channel, &power.column, power.push)
         };
         let laws: Vec<(f64, Power)> = laws.into_iter().filter_map(|power| Some((scale(&power)?, power))).collect();
         let extra: Vec<Vec<f64>> = laws.iter().map(|(scale, power)| times(&power.column, *scale)).collect();
@@ -140,30 +143,37 @@ impl Look<'_> {
     }
 }
 
-/// Columns of the catalogue's laws of one number.
-struct Named(Vec<Vec<f64>>);
-
-impl Named {
-    fn of(session: &EstimationSession<'_>, model: &Model, without: &[String]) -> Self {
-        let (plant, linears) = (&model.problem.plant, &model.fit.linearised.linears);
-        let period_s = session.timelines[0].period_s;
-        let none = (&Lines::default(), &[][..], &Instants::default());
-        let mut list = candidates(&model.problem, plant, linears, period_s, none, without);
-        let is_shape = |candidate: &Candidate, (name, value): &(&str, f64)| {
-            candidate.effect.parameter(name).is_some_and(|own| own.prior.sigma(*value).is_some())
+/// Whether the catalogue, taken without some, has each law: one of its laws of one number changes
+/// the innovations as it does, whitened and without what the unknowns take up.
+fn names(session: &EstimationSession<'_>, model: &Model, (without, laws): (&[String], &[Rated])) -> Option<Vec<bool>> {
+    let theta = &model.fit.theta;
+    let white = White::new(session, &model.fit.linearised, &model.noise)?;
+    let mut found = vec![false; laws.len()];
+    for some in columns_of_catalogue(session, model, without).chunks(WHITENED) {
+        let extra: Vec<&Vec<f64>> = laws.iter().map(|own| &own.power.column).chain(some).collect();
+        let normal = white.normal(session, theta, &extra)?;
+        let products = NoiseHypothesis::of(session, theta, normal, &white.noise)?.reduced;
+        let is_one = |a: usize, b: usize| {
+            let across = products[(a, b)];
+            across * across > SAME_LAW_COSINE * SAME_LAW_COSINE * products[(a, a)] * products[(b, b)]
         };
-        list.retain(|own| own.directions.len() == 1 && !own.inner.iter().any(|inner| is_shape(own, inner)));
-        let all = along_noise_free_loop(session, model, |along| columns(along, plant, &model.fit.theta, &list));
-        Self(all.into_iter().flat_map(|column| column.raw).collect())
+        found.iter_mut().enumerate().for_each(|(law, own)| *own |= (laws.len()..extra.len()).any(|b| is_one(law, b)));
     }
+    Some(found)
+}
 
-    fn holds(&self, power: &Power) -> bool {
-        let own = dot(&power.column, &power.column);
-        self.0.iter().any(|column| {
-            let across = dot(column, &power.column);
-            across * across > SAME_LAW_COSINE * SAME_LAW_COSINE * own * dot(column, column)
-        })
-    }
+/// Of the catalogue's laws of one number.
+fn columns_of_catalogue(session: &EstimationSession<'_>, model: &Model, without: &[String]) -> Vec<Vec<f64>> {
+    let (plant, linears) = (&model.problem.plant, &model.fit.linearised.linears);
+    let period_s = session.timelines[0].period_s;
+    let none = (&Lines::default(), &[][..], &Instants::default());
+    let mut list = candidates(&model.problem, plant, linears, period_s, none, without);
+    let is_shape = |candidate: &Candidate, (name, value): &(&str, f64)| {
+        candidate.effect.parameter(name).is_some_and(|own| own.prior.sigma(*value).is_some())
+    };
+    list.retain(|own| own.directions.len() == 1 && !own.inner.iter().any(|inner| is_shape(own, inner)));
+    let all = along_noise_free_loop(session, model, |along| columns(along, plant, &model.fit.theta, &list));
+    all.into_iter().flat_map(|column| column.raw).collect()
 }
 
 fn times(column: &[f64], factor: f64) -> Vec<f64> {

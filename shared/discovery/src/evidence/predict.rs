@@ -25,8 +25,10 @@ const OWN_ROUNDS: usize = 3;
 /// What a model says of recordings that it was not fitted to.
 #[derive(Clone)]
 pub(super) struct HeldOut {
-    /// Log-likelihood of every instant.
+    /// Log-likelihood of every instant, numbers held where the fitted recordings leave them.
     pub terms: Instants,
+    /// The same with the numbers where both have them.
+    pub found: Instants,
     block_s: f64,
     /// `ln` of the noise's share of the evidence there.
     pub log_width: f64,
@@ -120,9 +122,9 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let horizons = explaining.and_then(|own| Horizons::new(&session, &linearised.linears, &noise, &own));
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
     let at = At { own: (&problem.unknowns, &theta), noise: &noise, log_likelihood: terms.sum() };
-    let learned = learned(ground, (other, &blank), model, &at).unwrap_or(0.0);
+    let (learned, found) = learned(ground, (other, &blank), model, &at).unwrap_or_else(|| (0.0, terms.clone()));
     let (block_s, own) = (block_s(&session), (problem.unknowns.clone(), theta));
-    Some(HeldOut { terms, block_s, log_width, learned, free, horizons, own, noise })
+    Some(HeldOut { terms, found, block_s, log_width, learned, free, horizons, own, noise })
 }
 
 /// `noise` with no disturbance above its stated size, since a larger one follows what the plant

@@ -27,6 +27,8 @@ const PAIRED_MAX: usize = 40;
 const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
 const KIN_MAX: usize = 4;
+const REPEATING_MAX: usize = 2;
+const PEAKS_MAX: usize = 3;
 const INSTEAD_MAX: usize = 6;
 const INSTEAD_FITTED_MAX: usize = 3;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
@@ -67,7 +69,8 @@ pub(super) fn proposals(
     let worth = WORTH.max(WORTH_SHARE * best);
     let is_fitted = |own: &&Linear| own.proposal.log_bayes > worth;
     let fitted: Vec<usize> = singles.iter().filter(is_fitted).take(SINGLES_MAX).map(|own| own.place).collect();
-    let mut relatives = look.parents(&fitted, bare);
+    let mut relatives = look.elsewhere(&fitted, bare);
+    relatives.extend(look.parents(&fitted, bare));
     relatives.extend(look.kin(&fitted, bare));
     let mut list = look.groups(&singles, bare, best);
     list.extend(look.instead(bare, log_m));
@@ -164,6 +167,18 @@ impl Look<'_> {
 
     fn single(&self, place: usize, rated: &Rated, bare: f64) -> Option<Linear> {
         Some(Linear { place, proposal: self.set(&[rated], bare, false)? })
+    }
+
+    /// The laws of most evidence at other frequencies or orders: what is a ripple in truth repeats
+    /// at others nearly as well, and the best peak about a plant without it need not be its own.
+    fn elsewhere(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
+        let first = |place: &usize| &self.screened.rated[*place].column.candidate;
+        let laws: Vec<&Candidate> = fitted.iter().take(REPEATING_MAX).map(first).collect();
+        let of = |law: &&Candidate| {
+            let same = self.screened.elsewhere.iter().filter(|own| own.column.candidate.same_law(law));
+            same.take(PEAKS_MAX).filter_map(|rated| self.set(&[rated], bare, false)).collect::<Vec<_>>()
+        };
+        laws.iter().flat_map(of).collect()
     }
 
     /// The simpler laws that those of the fitted ones contain, at the same sites, where they are

@@ -64,26 +64,27 @@ impl Drive {
         let site = &column.candidate.site;
         let channel = plant.sensors.iter().position(|sensor| sensor.name == site.name);
         let channel = channel.filter(|_| site.kind == SiteKind::Sensor);
-        let each = column.raw.iter().filter_map(|raw| self.amplitude(session, channel, raw));
-        let push = column.push.filter(|push| *push > 0.0 && self.push > 0.0);
-        let most = push.map_or(f64::INFINITY, |push| AMPLITUDE_SCALE * self.push / push);
-        Some(each.reduce(f64::min)?.min(most))
+        let each = column.raw.iter().filter_map(|raw| self.amplitude(session, channel, raw, column.push));
+        each.reduce(f64::min)
     }
 
     /// The same of a law without a candidate: `raw` per its number, an error of the readings of
-    /// `channel` or a push.
+    /// `channel` or a push of the size `push`.
     pub(super) fn amplitude(
         &self,
         session: &EstimationSession<'_>,
         channel: Option<usize>,
         raw: &[f64],
+        push: Option<f64>,
     ) -> Option<f64> {
         let own = channel.map_or(self.motion, |channel| self.readings[channel]);
         let channels = session.timelines.iter().flat_map(|timeline| &timeline.channel);
         let all = raw.iter().zip(channels);
         let felt = all.map(|(c, channel)| (c / session.noise.sensor_sigma[*channel]).powi(2)).sum::<f64>().sqrt();
-        let scale = AMPLITUDE_SCALE * own / felt;
-        (scale.is_finite() && scale > 0.0).then_some(scale)
+        let push = push.filter(|push| *push > 0.0 && self.push > 0.0);
+        let most = push.map_or(f64::INFINITY, |push| self.push / push);
+        let scale = own / felt;
+        (scale.is_finite() && scale > 0.0).then_some(AMPLITUDE_SCALE * scale.min(most))
     }
 }
 

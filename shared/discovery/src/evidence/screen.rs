@@ -16,9 +16,15 @@ use crate::score::{
     Candidate, Column, LIMIT_D, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
     thin,
 };
+use dynamics::effect::Role;
 use identification::dot::dot;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
+
+/// Difference of the logarithms of two frequencies or orders from which on a fit of one may end
+/// elsewhere than one of the other. A
+/// budget: another start finds no less.
+const NEAR: f64 = 0.05;
 
 /// A law with its best column.
 #[derive(Clone)]
@@ -43,6 +49,8 @@ pub(super) struct Looked {
 /// All laws about one model, best first.
 pub(super) struct Screened {
     pub rated: Vec<Rated>,
+    /// The same laws at other frequencies and orders, best first.
+    pub elsewhere: Vec<Rated>,
     pub looked: Vec<Looked>,
     /// The model's noise, and the stated one scaled to its innovations.
     pub noises: [NoiseModel; 2],
@@ -97,7 +105,7 @@ fn screen_along(
     all.extend(finer);
     let drive = Drive::new(along.0, along.1, plant);
     let chances = chances(&all);
-    let mut laws = Laws { rated: Vec::new(), looked: Vec::new() };
+    let mut laws = Laws { rated: Vec::new(), elsewhere: Vec::new(), looked: Vec::new() };
     for (which, scorer) in scorers.iter().enumerate() {
         let scores = scorer.scores(&all);
         for score in scores.iter().flatten() {
@@ -112,7 +120,8 @@ fn screen_along(
         }
     }
     laws.rated.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
-    Some(Screened { rated: laws.rated, looked: laws.looked, noises })
+    let elsewhere = laws.elsewhere();
+    Some(Screened { rated: laws.rated, elsewhere, looked: laws.looked, noises })
 }
 
 /// Of every column how many hypotheses a p value of its law counts: laws, times points of its own
@@ -129,6 +138,7 @@ fn chances(columns: &[Column]) -> Vec<f64> {
 
 struct Laws {
     rated: Vec<Rated>,
+    elsewhere: Vec<Rated>,
     looked: Vec<Looked>,
 }
 
@@ -136,10 +146,26 @@ impl Laws {
     fn rate(&mut self, new: Rated) {
         let same = |own: &&mut Rated| own.column.candidate.same_law(&new.column.candidate);
         match self.rated.iter_mut().find(same) {
-            Some(own) if own.log_bayes >= new.log_bayes => {}
-            Some(own) => *own = new,
+            Some(own) if own.log_bayes >= new.log_bayes => self.elsewhere.push(new),
+            Some(own) => self.elsewhere.push(core::mem::replace(own, new)),
             None => self.rated.push(new),
         }
+    }
+
+    /// Columns of laws that repeat, at frequencies and orders that are neither near the best one nor
+    /// near a better one.
+    fn elsewhere(&mut self) -> Vec<Rated> {
+        let mut all = core::mem::take(&mut self.elsewhere);
+        all.retain(|own| own.log_bayes > 0.0 && repeats_at(&own.column.candidate).is_some());
+        all.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        let mut kept: Vec<Rated> = Vec::new();
+        for new in all {
+            let mut known = self.rated.iter().chain(&kept);
+            if !known.any(|own| is_near(&own.column.candidate, &new.column.candidate)) {
+                kept.push(new);
+            }
+        }
+        kept
     }
 
     fn look(&mut self, column: &Column, score: &Score, chances: f64) {
@@ -149,6 +175,18 @@ impl Laws {
             None => self.looked.push(Looked { candidate: column.candidate.clone(), chances, sigma }),
         }
     }
+}
+
+/// The frequency or order of a law that repeats.
+fn repeats_at(candidate: &Candidate) -> Option<f64> {
+    let place = candidate.inner_with(Role::Frequency).or_else(|| candidate.inner_with(Role::Order))?;
+    Some(candidate.inner[place].1)
+}
+
+/// The same law at a frequency or order that a fit from here reaches.
+fn is_near(a: &Candidate, b: &Candidate) -> bool {
+    let both = repeats_at(a).zip(repeats_at(b));
+    a.same_law(b) && both.is_none_or(|(a, b)| libm::log(a / b).abs() < NEAR)
 }
 
 /// `ln B` of a column about its best amplitude.

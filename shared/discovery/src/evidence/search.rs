@@ -220,7 +220,7 @@ impl Pool {
         true
     }
 
-    /// Fits of the set are in the pool, all of them far from these frequencies and orders.
+    /// All fits of the set that are in the pool are far from these frequencies and orders.
     fn is_another_mode(&self, name: &str, numbers: &[SearchedNumber]) -> bool {
         let own = self.entries.iter().filter(|entry| entry.model.key() == name);
         let known: Vec<Vec<SearchedNumber>> = own.map(|entry| fitted_numbers(&entry.model)).collect();
@@ -228,7 +228,7 @@ impl Pool {
             let own = numbers.iter().find(|own| own.name == other.name);
             own.is_some_and(|own| (own.value - other.value).abs() > MODE_SIGMA * other.sigma)
         };
-        !known.is_empty() && known.iter().all(|mode| mode.iter().any(is_far))
+        !numbers.is_empty() && known.iter().all(|mode| mode.iter().any(is_far))
     }
 
     /// The evidence of the leader over its nearest rival changes by more than a nat as steps are

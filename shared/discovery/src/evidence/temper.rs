@@ -7,7 +7,7 @@
 //! ```text
 //! c_k = ν_aᵀ S_b⁻¹ m,   m = ν_b − ν_a
 //! D = Σ δ_k,   V = long-run variance of Σ c_k by Bartlett's window of n^{1/3} instants
-//! gain that counts: D min(1, 2 D / V)       the ratio over settled instants
+//! gain that counts: D max(0, min(1, 2 D / V))       the ratio over settled instants
 //! ```
 //!
 //! If a is right the c are martingale differences and V ≈ Σ mᵀ S_b⁻¹ m ≤ 2 D (the likelihood ratio
@@ -15,7 +15,8 @@
 //! which is no sign of noise that remembers: its mean is no part of c. The expected squares of ν_a,
 //! `tr S_b⁻¹ S_a`, are no such sign either: of several readings of one state they are seen at the
 //! width of their noise. Nor is the start of states that a has and b has not: until a has found
-//! them, what it says too much goes one way for some instants; settled instants lie behind that.
+//! them, what it says too much goes one way for some instants; settled instants lie behind that, in
+//! each run. A gain that no settled instant has is that of a start, and counts as nothing.
 
 use identification::filter::{Linear, NoiseModel, gains, whiten};
 use identification::fit::EstimationSession;
@@ -35,6 +36,8 @@ pub(super) struct Instants {
     factor: Vec<f64>,
     /// Readings of each.
     count: Vec<usize>,
+    /// Instants of each run.
+    runs: Vec<usize>,
     /// Numbers of state of the model.
     states: usize,
 }
@@ -50,10 +53,12 @@ impl Instants {
             let mut r = linear.nu.clone();
             whiten(linear, timeline, &found, &mut [&mut r]);
             let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+            let before = all.count.len();
             for (k, event) in timeline.events.iter().enumerate().filter(|(_, event)| event.count > 0) {
                 let own = &found.factor[found.factor_first[k]..][..event.count * event.count];
                 all.push(origin + event.t_s - first, &r[event.first..event.first + event.count], own);
             }
+            all.runs.push(all.count.len() - before);
             origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
         }
         Some(all)
@@ -85,8 +90,11 @@ impl Instants {
         let gain: f64 = settled.iter().map(|(gain, _)| gain).sum();
         let crossed: Vec<f64> = settled.iter().map(|(_, crossed)| *crossed).collect();
         let variance = long_run_variance(&crossed);
-        let share = if variance > 0.0 && gain > 0.0 { (2.0 * gain / variance).min(1.0) } else { 1.0 };
-        [whole, whole * share]
+        match variance > 0.0 {
+            true => [whole, whole * (2.0 * gain / variance).clamp(0.0, 1.0)],
+            // the models predict one thing, with other widths
+            false => [whole, gain.clamp(0.0, whole)],
+        }
     }
 
     /// δ and c of every settled instant, this model being a.
@@ -104,12 +112,20 @@ impl Instants {
             wider.push(width(ours) - width(theirs));
             (sample, place) = (sample + n, place + n * n);
         }
-        if self.states > other.states { list.split_off(settled_from(&wider)) } else { list }
+        if self.states <= other.states {
+            return list;
+        }
+        let (mut settled, mut begin) = (Vec::with_capacity(list.len()), 0);
+        for run in self.runs.iter().copied() {
+            settled.extend_from_slice(&list[begin + settled_from(&wider[begin..begin + run])..begin + run]);
+            begin += run;
+        }
+        settled
     }
 }
 
-/// The instant from which on a model has found its states, which is wider than another by so many
-/// nats at each: what it still pays for not knowing them, beyond what it always pays, is below
+/// The instant of a run from which on a model has found its states, which is wider than another by
+/// so many nats at each: what it still pays for not knowing them, beyond what it always pays, is below
 /// [`SETTLED_NATS`].
 fn settled_from(wider: &[f64]) -> usize {
     let half = wider.len() / 2;
@@ -151,7 +167,33 @@ mod tests {
     fn model(nu: impl Iterator<Item = f64>) -> Instants {
         let mut all = Instants::default();
         nu.for_each(|nu| all.push(0.0, &[nu], &[1.0]));
+        all.runs.push(all.count.len());
         all
+    }
+
+    /// Two runs of 400 instants; a state that one model has is unknown at the start of each and then
+    /// found, and what it moves there the model without it does not explain.
+    fn of_two_runs(nu: &[f64], with_state: bool) -> Instants {
+        let mut all = Instants { states: usize::from(with_state), runs: vec![400, 400], ..Instants::default() };
+        for (k, nu) in nu.iter().enumerate() {
+            let wide = 1.0 + 8.0 * libm::exp(-((k % 400) as f64) / 10.0);
+            let moved = if k % 400 < 40 { wide } else { 0.0 };
+            let (width, own) = if with_state { (wide, nu + 0.5 * moved) } else { (1.0, nu + moved) };
+            all.push(0.0, &[own / width], &[width]);
+        }
+        all
+    }
+
+    #[test]
+    fn every_run_has_a_start_of_its_own_and_a_gain_of_starts_alone_is_none() {
+        let nu = Noise::new(9).series(800, 1.0);
+        let [ours, theirs] = [true, false].map(|with_state| of_two_runs(&nu, with_state));
+        let [whole, counts] = ours.tempered(&theirs);
+        assert!(whole > 20.0 && counts < 1.0, "{whole} {counts}");
+        let settled = ours.beside(&theirs).len();
+        assert!((690..=740).contains(&settled), "{settled}");
+        let as_one = Instants { runs: vec![800], ..ours.clone() };
+        assert!(as_one.beside(&theirs).len() > settled);
     }
 
     #[test]

@@ -13,8 +13,10 @@
 use super::places::{Acts, Coordinate, Near, Place, Span, near, visited};
 use super::ridge::{Cell, cells};
 use super::{Functions, UnknownLaw, Weights, columns, predicted, propagators};
+use crate::score::forcing::Sources;
+use crate::score::kinetic::Kinetic;
 use dynamics::description::Plant;
-use identification::filter::{Linear, NoiseModel};
+use identification::filter::{Linear, NoiseModel, Propagator};
 use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// `|x|^power`, odd: with the sign of x.
@@ -56,6 +58,8 @@ const READING_TIME: &[&[Factor]] = &[&[odd(1)], &[even(2)]];
 pub(crate) struct Power {
     pub place: Place,
     pub column: Vec<f64>,
+    /// Of a force, with c = 1, in the metric of the kinetic energy [√J].
+    pub push: Option<f64>,
     factors: &'static [Factor],
     span: Span,
     scales: Vec<Scale>,
@@ -73,7 +77,9 @@ pub(crate) fn powers(
     plant: &Plant,
     each: &mut dyn FnMut(Vec<Power>),
 ) -> Option<()> {
-    let propagators = propagators(session, plant, theta)?;
+    let mut propagators = propagators(session, plant, theta)?;
+    let kinetic = |(linear, own): (&Linear, &mut Propagator<'_>)| Kinetic::new(linear, own);
+    let kinetics: Vec<Kinetic> = linearised.linears.iter().zip(&mut propagators).map(kinetic).collect();
     let is_alone = linearised.linears.len() == 1;
     for (place, forms) in places(plant, linearised.linears.first()?) {
         // time differs from run to run
@@ -86,11 +92,15 @@ pub(crate) fn powers(
             out.iter_mut().zip(forms).for_each(|(out, factors)| *out = shape(factors, &scales, at));
         };
         let functions = Functions { count: forms.len(), fill: &fill };
-        let columns = columns((session, &propagators), linearised, &place, &functions);
+        let mut pushes = vec![0.0; forms.len()];
+        let mut seen = |(run, form): (usize, usize), own: &Sources| pushes[form] += kinetics[run].square(&own.state);
+        let columns = columns((session, &propagators), linearised, (&place, &functions), &mut seen);
+        let is_force = matches!(place.acts, Acts::Force(_));
         let varies = |column: &Vec<f64>| column.iter().all(|c| c.is_finite()) && column.iter().any(|c| *c != 0.0);
-        let laws = forms.iter().zip(columns).filter(|(_, column)| varies(column)).map(|(factors, column)| {
+        let laws = forms.iter().zip(columns).zip(pushes).filter(|((_, column), _)| varies(column));
+        let laws = laws.map(|((factors, column), push)| {
             let (place, span, scales) = (place.clone(), span.clone(), scales.clone());
-            Power { place, column, factors, span, scales }
+            Power { place, column, push: is_force.then(|| push.sqrt()), factors, span, scales }
         });
         each(laws.collect());
     }
@@ -168,7 +178,12 @@ fn shape(factors: &[Factor], scales: &[Scale], at: &[f64]) -> f64 {
     let each = factors.iter().zip(scales).zip(at).map(|((factor, [zero, one]), x)| {
         let x = (x - zero) / (one - zero);
         let size = x.abs().powi(factor.power);
-        if factor.is_odd && x < 0.0 { -size } else { size }
+        match factor.is_odd {
+            // at rest no sign pushes
+            true if x == 0.0 => 0.0,
+            true => size.copysign(x),
+            false => size,
+        }
     });
     each.product()
 }
@@ -199,6 +214,7 @@ mod tests {
         assert_eq!((formula(&[even(2)], &names(&["v"])), at(&[even(2)], -3.0)), ("v^2".into(), 9.0));
         assert_eq!((formula(&[odd(3)], &names(&["v"])), at(&[odd(3)], -2.0)), ("v^3".into(), -8.0));
         assert_eq!((formula(&[odd(0)], &names(&["v"])), at(&[odd(0)], -2.0)), ("the sign of v".into(), -1.0));
+        assert_eq!((at(&[odd(0)], 0.0), at(&[even(0)], 0.0), at(&[odd(0)], 2.0)), (0.0, 1.0, 1.0));
         assert_eq!((formula(&[even(1)], &names(&["v"])), at(&[even(1)], -2.0)), ("|v|".into(), 2.0));
         assert_eq!(formula(&[even(1), odd(0)], &names(&["q", "v"])), "|q| times the sign of v");
     }

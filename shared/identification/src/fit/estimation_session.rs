@@ -208,14 +208,6 @@ impl<'p> EstimationSession<'p> {
         })
     }
 
-    /// Intervals between the samples of `channel` differ by more than a hundredth in the mean.
-    pub fn has_uneven_stamps(&self, channel: usize) -> bool {
-        let interval_s = self.interval_s(channel);
-        let stamps = self.problem.runs.iter().flat_map(|run| run.samples[channel].time_s.windows(2));
-        let off: Vec<f64> = stamps.map(|pair| ((pair[1] - pair[0]) / interval_s - 1.0).abs()).collect();
-        off.iter().sum::<f64>() > 0.01 * off.len() as f64
-    }
-
     /// Prior means of the unknowns, in their order; where every fit starts.
     pub fn prior(&self) -> Vec<f64> {
         self.problem.unknowns.iter().map(|unknown| unknown.prior).collect()

@@ -99,12 +99,6 @@ impl Normal {
         Some((self.objective - decrease, x))
     }
 
-    /// The same with the extra columns' coefficients alone.
-    pub fn minimum(&self) -> Option<(f64, Vec<f64>)> {
-        let (least, mut x) = self.least()?;
-        Some((least, x.split_off(self.unknowns)))
-    }
-
     /// Posterior standard deviations of the unknowns.
     pub fn sigmas(&self, session: &EstimationSession<'_>) -> Vec<f64> {
         let Some(factor) = self.factor() else { return vec![f64::NAN; self.unknowns] };

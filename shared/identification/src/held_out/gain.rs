@@ -20,8 +20,8 @@ pub struct Gain {
     pub free_run: f64,
 }
 
-/// Ratio of the free runs' distances from the data from which on the report says that the augmented
-/// plant runs away. Chosen, not derived: it adds a sentence and decides nothing.
+/// Ratio of the free runs' distances from the data from which on the augmented plant runs away and
+/// its effects are not confirmed. Chosen, no derivation: no name depends on it.
 const FREE_RUN_DIVERGENCE_RATIO: f64 = 1.5;
 impl Gain {
     /// Confidence interval of the gain at 95 % [nats, all held-out samples together].

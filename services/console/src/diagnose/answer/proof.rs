@@ -21,7 +21,6 @@ pub fn proof(diagnosed: &Diagnosed) -> String {
         Verdict::Named | Verdict::Sensor | Verdict::NotSeparable => held_out(diagnosed),
         Verdict::NotInCatalogue => law(diagnosed),
         Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming => beside_noise(diagnosis),
-        Verdict::Unobservable => "no detection limit lies below the usual size of its effect".into(),
         Verdict::CannotDecide => undecided(diagnosed),
         Verdict::None => alone(diagnosed),
     }

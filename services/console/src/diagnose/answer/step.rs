@@ -37,7 +37,6 @@ pub fn step(diagnosed: &Diagnosed) -> String {
             "find out whether commands are held or linear between their stamps, and when they are stamped; correct them, and diagnose again with {}",
             diagnosed.case.plant_file
         ),
-        Verdict::Unobservable => "excite the plant more, or measure more of it, and diagnose again".into(),
         Verdict::CannotDecide => undecided(diagnosed),
         Verdict::None => as_it_is(diagnosed),
     }

@@ -51,7 +51,7 @@ fn law_map() -> LawMap {
     let cell = |i: i32, j: i32| {
         let (x, y) = (0.2 * f64::from(i), 0.5 * f64::from(j));
         let value = if (i, j) == (0, 0) { f64::NAN } else { 0.3 * (y + 0.25).signum() };
-        LawCell { x, y, value, sigma: 0.01, law: 0.3 * (y + 0.25).signum() }
+        LawCell { x, y, value, sigma: 0.01 }
     };
     let cells = (-4..4).flat_map(|i| (-3..3).map(move |j| cell(i, j))).collect();
     let named = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
@@ -252,7 +252,7 @@ fn figures_of_numbers_that_are_none_are_left_out_and_nothing_panics() {
         z_after: 1.0,
     });
     d.figures.evidence.push(EvidenceCurve { kind: "a".into(), site: "b".into(), time_s: vec![0.0], gain: Vec::new() });
-    d.figures.law_maps[0].cells.iter_mut().for_each(|c| (c.value, c.law, c.sigma) = (f64::NAN, f64::NAN, 0.0));
+    d.figures.law_maps[0].cells.iter_mut().for_each(|c| (c.value, c.sigma) = (f64::NAN, 0.0));
     d.figures.angles.cosine = vec![vec![f64::NAN]];
     d.figures.overlays[0].before = vec![f64::NAN; 3];
     d.held_out.channels[0].fit_percent_before = f64::NEG_INFINITY;
@@ -274,7 +274,6 @@ fn every_verdict_has_three_sentences_without_an_identifier() {
         (Verdict::NotInCatalogue, "catalogue does not contain"),
         (Verdict::NoiseModel, "Nothing to see"),
         (Verdict::Sensor, "A sensor is at fault"),
-        (Verdict::Unobservable, "cannot show"),
         (Verdict::CannotDecide, "decide nothing: nothing to see"),
     ];
     for (verdict, says) in all {

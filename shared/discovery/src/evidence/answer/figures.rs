@@ -1,7 +1,7 @@
 //! Where the evidence of an answer lies, its figures, and the experiment that would decide.
 
 use super::Shown;
-use crate::diagnose::{Figures, Next, Verdict, Where, curve, place_of, separating, tiles};
+use crate::diagnose::{Figures, Next, Rival, Verdict, Where, curve, place_of, separating, tiles};
 use crate::evidence::decide::LEVEL;
 use crate::evidence::hypothesis::{Hypothesis, Part, name_of};
 use crate::evidence::model::{Ground, Model};
@@ -73,13 +73,14 @@ impl Shown<'_> {
         let sure = |part: &&Part| place(part).map_or(1.0, |at| self.decision.inclusion[at]);
         let open = self.parts().filter(|part| sure(part) < LEVEL).min_by(|a, b| sure(a).total_cmp(&sure(b)));
         let Some(first) = open else { return Next::NothingOpen };
-        let rival = place(first).and_then(|at| self.rivals(at).into_iter().next());
-        let all = self.pool.entries.iter().flat_map(|entry| entry.model.set.iter().flat_map(Hypothesis::parts));
-        let is_rival = |part: &&Part| {
+        let all = || self.pool.entries.iter().flat_map(|entry| entry.model.set.iter().flat_map(Hypothesis::parts));
+        let is_of = |rival: &Rival, part: &Part| {
             let own = &part.column.candidate;
-            rival.as_ref().is_some_and(|rival| own.effect.kind == rival.kind && own.site.to_string() == rival.site)
+            own.effect.kind == rival.kind && own.site.to_string() == rival.site
         };
-        let Some(second) = all.into_iter().find(is_rival) else { return Next::NothingOpen };
+        let rivals = place(first).map_or(Vec::new(), |at| self.rivals(at));
+        let second = rivals.iter().find_map(|rival| all().find(|part| is_of(rival, part)));
+        let Some(second) = second else { return Next::NothingOpen };
         let (own, amplitude) = (&first.column.candidate, &first.amplitude[..]);
         separating(self.session, &self.posterior(), (own, amplitude), &second.column.candidate)
     }

@@ -51,26 +51,6 @@ impl Shown<'_> {
         Some(format!("free runs over {:.3} s: {}", compared.window_s, all.join("; ")))
     }
 
-    /// What free runs of the plant alone miss beyond the noise, in words.
-    pub(super) fn remainder(&self) -> String {
-        let felt = self.compared.as_ref().filter(|compared| compared.relevance().is_some());
-        felt.map_or(String::new(), |compared| {
-            let share = 100.0 * compared.remains();
-            format!("; what the plant misses is {share:.2} % of the signal over {:.3} s", compared.window_s)
-        })
-    }
-
-    /// Why a model that is there is not worth adding.
-    pub(super) fn not_worth(&self, key: &str) -> String {
-        let Some(compared) = &self.compared else { return String::new() };
-        format!(
-            "nothing worth adding: what remains is {:.2} % of the signal over {:.3} s; seen and not worth adding: {key}, which explains {:.1} % of it",
-            100.0 * compared.remains(),
-            compared.window_s,
-            100.0 * compared.relevance().unwrap_or(0.0).max(0.0)
-        )
-    }
-
     pub(super) fn held_out(&self) -> HeldOut {
         let both = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref());
         let unseen = &self.unseen;
