@@ -68,7 +68,8 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool, without: &[String]) -> Op
     let (instead, beside) = if numbers > 0 { (alone, beside) } else { (beside, None) };
     let instead = power.into_iter().chain(instead).max_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((nats, found)) = instead {
-        let kind = Kind::Instead { is_of_time: found.place.is_of_time() };
+        // one number times a function of time is a law; any function of time is not
+        let kind = Kind::Instead { is_of_time: found.formula.is_none() && found.place.is_of_time() };
         return Some(law(ground, kind, words(nats, &found), &found));
     }
     match beside {

@@ -90,11 +90,10 @@ impl Instants {
         let gain: f64 = settled.iter().map(|(gain, _)| gain).sum();
         let crossed: Vec<f64> = settled.iter().map(|(_, crossed)| *crossed).collect();
         let variance = long_run_variance(&crossed);
-        match variance > 0.0 {
-            true => [whole, whole * (2.0 * gain / variance).clamp(0.0, 1.0)],
-            // the models predict one thing, with other widths
-            false => [whole, gain.clamp(0.0, whole)],
-        }
+        let share = if variance > 0.0 { (2.0 * gain / variance).clamp(0.0, 1.0) } else { 1.0 };
+        // what a start gains counts as what follows it does, where anything does
+        let counted = if gain < SETTLED_NATS { gain.clamp(0.0, whole) } else { whole };
+        [whole, share * counted]
     }
 
     /// δ and c of every settled instant, this model being a.
