@@ -45,6 +45,7 @@ mod pool;
 mod powers;
 mod predict;
 mod propose;
+mod relatives;
 mod scale;
 mod screen;
 mod search;

@@ -16,7 +16,7 @@ mod powers;
 mod ridge;
 
 pub(crate) use noise_hypotheses::NoiseHypothesis;
-pub use places::{Acts, Coordinate, Place};
+pub use places::{Acts, Coordinate, Place, site_of_input};
 pub(crate) use powers::{Power, powers};
 pub use ridge::Cell;
 

@@ -2,6 +2,7 @@
 //! not white.
 
 use super::decide::LEVEL;
+use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model};
 use super::pool::Pool;
 use super::powers;
@@ -10,7 +11,6 @@ use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
 use crate::unknown_law::{self, UnknownLaw};
 use identification::fit::EstimationSession;
 use identification::held_out::{Status, instants};
-use identification::problem::Unknown;
 
 /// What a remainder is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,10 +81,9 @@ pub(super) fn missing(ground: Ground<'_>, pool: &Pool, without: &[String]) -> Op
     }
 }
 
-/// How many numbers the laws of a model have: amplitudes and shapes that a fit moves.
+/// How many numbers the laws of a model have.
 fn numbers(model: &Model) -> usize {
-    let is_of_law = |unknown: &&Unknown| unknown.parameter.starts_with("effect.");
-    model.problem.unknowns.iter().filter(is_of_law).count()
+    model.set.iter().flat_map(Hypothesis::parts).map(|part| part.column.candidate.numbers()).sum()
 }
 
 /// Nats of a law ahead of the plant without a finding, price and choice counted, where its odds

@@ -10,7 +10,7 @@ use super::noise::{Linearly, NoisePrior};
 use super::propose::linear_evidence;
 use super::scale::Drive;
 use super::screen::{along_noise_free_loop, scaled_stated};
-use crate::score::{Candidate, Instants, Lines, candidates, columns};
+use crate::score::{Instants, Lines, candidates, columns};
 use crate::unknown_law::{self, Acts, NoiseHypothesis, Power, UnknownLaw};
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, White};
@@ -168,10 +168,7 @@ fn columns_of_catalogue(session: &EstimationSession<'_>, model: &Model, without:
     let period_s = session.timelines[0].period_s;
     let none = (&Lines::default(), &[][..], &Instants::default());
     let mut list = candidates(&model.problem, plant, linears, period_s, none, without);
-    let is_shape = |candidate: &Candidate, (name, value): &(&str, f64)| {
-        candidate.effect.parameter(name).is_some_and(|own| own.prior.sigma(*value).is_some())
-    };
-    list.retain(|own| own.directions.len() == 1 && !own.inner.iter().any(|inner| is_shape(own, inner)));
+    list.retain(|own| own.numbers() == 1);
     let all = along_noise_free_loop(session, model, |along| columns(along, plant, &model.fit.theta, &list));
     all.into_iter().flat_map(|column| column.raw).collect()
 }

@@ -26,9 +26,6 @@ const PAIRS_EVALUATED_MAX: usize = 3;
 const PAIRED_MAX: usize = 40;
 const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
-const KIN_MAX: usize = 4;
-const REPEATING_MAX: usize = 2;
-const PEAKS_MAX: usize = 3;
 const INSTEAD_MAX: usize = 6;
 const INSTEAD_FITTED_MAX: usize = 3;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
@@ -69,9 +66,7 @@ pub(super) fn proposals(
     let worth = WORTH.max(WORTH_SHARE * best);
     let is_fitted = |own: &&Linear| own.proposal.log_bayes > worth;
     let fitted: Vec<usize> = singles.iter().filter(is_fitted).take(SINGLES_MAX).map(|own| own.place).collect();
-    let mut relatives = look.elsewhere(&fitted, bare);
-    relatives.extend(look.parents(&fitted, bare));
-    relatives.extend(look.kin(&fitted, bare));
+    let relatives = look.relatives(&fitted, bare);
     let mut list = look.groups(&singles, bare, best);
     list.extend(look.instead(bare, log_m));
     list.extend(look.pairs(bare, best + log_m));
@@ -94,7 +89,7 @@ pub(super) struct Look<'a> {
     pub ground: Ground<'a>,
     pub session: &'a EstimationSession<'a>,
     pub model: &'a Model,
-    screened: &'a Screened,
+    pub screened: &'a Screened,
 }
 
 impl Look<'_> {
@@ -104,7 +99,7 @@ impl Look<'_> {
     }
 
     /// Evidence with the parts' columns, the noise it has, and the amplitudes.
-    fn linearly(
+    pub(super) fn linearly(
         &self,
         parts: &[&Rated],
         (start, prior): (&NoiseModel, &NoisePrior),
@@ -126,7 +121,7 @@ impl Look<'_> {
     }
 
     /// The set of these laws on the linear problem.
-    fn set(&self, parts: &[&Rated], bare: f64, is_group: bool) -> Option<Proposal> {
+    pub(super) fn set(&self, parts: &[&Rated], bare: f64, is_group: bool) -> Option<Proposal> {
         let stated = parts.iter().any(|own| own.is_stated);
         let start = &self.screened.noises[usize::from(stated)];
         let prior = self.model.prior(self.ground.session);
@@ -167,53 +162,6 @@ impl Look<'_> {
 
     fn single(&self, place: usize, rated: &Rated, bare: f64) -> Option<Linear> {
         Some(Linear { place, proposal: self.set(&[rated], bare, false)? })
-    }
-
-    /// The laws of most evidence at other frequencies or orders: what is a ripple in truth repeats
-    /// at others nearly as well, and the best peak about a plant without it need not be its own.
-    fn elsewhere(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
-        let first = |place: &usize| &self.screened.rated[*place].column.candidate;
-        let laws: Vec<&Candidate> = fitted.iter().take(REPEATING_MAX).map(first).collect();
-        let of = |law: &&Candidate| {
-            let same = self.screened.elsewhere.iter().filter(|own| own.column.candidate.same_law(law));
-            same.take(PEAKS_MAX).filter_map(|rated| self.set(&[rated], bare, false)).collect::<Vec<_>>()
-        };
-        laws.iter().flat_map(of).collect()
-    }
-
-    /// The simpler laws that those of the fitted ones contain, at the same sites, where they are
-    /// not among these.
-    fn parents(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
-        let mut list: Vec<Proposal> = Vec::new();
-        let mut known = fitted.to_vec();
-        for place in fitted {
-            let child = &self.screened.rated[*place].column.candidate;
-            for limit in child.effect.limits {
-                let is_it = |rated: &Rated| {
-                    let parent = &rated.column.candidate;
-                    parent.effect.kind == limit.kind && parent.site == child.site
-                };
-                let Some(place) = self.screened.rated.iter().position(is_it) else { continue };
-                if !known.contains(&place) {
-                    known.push(place);
-                    list.extend(self.set(&[&self.screened.rated[place]], bare, false));
-                }
-            }
-        }
-        list
-    }
-
-    /// Laws of the leader's family at its site that are not worth a fit by themselves: those that
-    /// it is confused with most, so that its weight is one among them.
-    fn kin(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
-        let Some(leader) = fitted.first() else { return Vec::new() };
-        let own = &self.screened.rated[*leader].column.candidate;
-        let is_kin = |(place, rated): &(usize, &Rated)| {
-            let other = &rated.column.candidate;
-            !fitted.contains(place) && other.effect.family == own.effect.family && other.site == own.site
-        };
-        let all = self.screened.rated.iter().enumerate().filter(is_kin).take(KIN_MAX);
-        all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
     }
 
     /// One law at every like site (all joints, all wheels, all thrusters), of those that are

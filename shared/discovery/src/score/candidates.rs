@@ -103,6 +103,15 @@ impl Candidate {
         turn(self.effect).map_or(1.0, |(_, repeats)| 1.0 / repeats)
     }
 
+    /// How many numbers a fit or a scan picks: amplitudes, shapes, onset and duration.
+    pub fn numbers(&self) -> usize {
+        let is_picked = |(name, value): &&(&str, f64)| {
+            let own = self.effect.parameter(name).filter(|own| own.role != Role::Smoothing);
+            own.is_some_and(|p| p.prior.sigma(*value).is_some() || matches!(p.role, Role::Onset | Role::Duration))
+        };
+        self.directions.len().max(1) + self.inner.iter().filter(is_picked).count()
+    }
+
     /// Both are the same effect at the same site: points of one law.
     pub fn same_law(&self, other: &Self) -> bool {
         self.effect.kind == other.effect.kind && self.site == other.site

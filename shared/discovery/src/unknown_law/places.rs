@@ -1,6 +1,6 @@
 //! Where an unknown law may act, the coordinates it may depend on, and its basis functions.
 
-use dynamics::description::Plant;
+use dynamics::description::{ActuatorKind, Plant};
 use identification::filter::{DISTURBANCE, Linear, Propagator};
 use identification::fit::LinearisedProblem;
 
@@ -104,7 +104,7 @@ fn command_rate(propagator: &Propagator<'_>, k: usize, input: usize) -> f64 {
 /// Every place of a plant: forces on a coordinate with their pairs, on its position alone and on
 /// time; errors of readings over the reading, over it and its rate, and over time.
 pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
-    let forces = (0..linear.input_names.len()).flat_map(|input| of_input(linear, input));
+    let forces = (0..linear.input_names.len()).flat_map(|input| of_input(plant, linear, input));
     let readings = plant.sensors.iter().enumerate().flat_map(|(channel, sensor)| {
         let (reading, rate, time) = (Coordinate::Reading, Coordinate::ReadingRate, Coordinate::Time);
         let along = [vec![reading], vec![reading, rate], vec![time]];
@@ -124,15 +124,15 @@ pub(super) struct Near {
 }
 
 /// `None` of an input that moves no coordinate.
-pub(super) fn near(linear: &Linear, input: usize) -> Option<Near> {
+pub(super) fn near(plant: &Plant, linear: &Linear, input: usize) -> Option<Near> {
     let states = &linear.state_names;
     let find = |name: &str| states.iter().position(|state| state == name);
     let name = &linear.input_names[input];
-    let target = name.strip_prefix(DISTURBANCE).unwrap_or(name);
+    let target = name.strip_prefix(DISTURBANCE).or_else(|| driven_joint(plant, name)).unwrap_or(name);
     let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
     let gamma = |row: usize| linear.transition.get(row * (n + m) + n + input).copied().unwrap_or(0.0);
     let named = find(&format!("joint:{target}.rate"));
-    // a torque whose name is not its joint's acts on the rate that it moves most
+    // what acts in no joint acts on the rate that it moves most
     let pushed = named.or_else(|| {
         let moved = linear.names.iter().enumerate().filter(|(_, name)| name.ends_with(".rate"));
         let most = moved.max_by(|a, b| gamma(a.0).abs().total_cmp(&gamma(b.0).abs()))?;
@@ -150,10 +150,23 @@ pub(super) fn near(linear: &Linear, input: usize) -> Option<Near> {
     })
 }
 
+/// The joint that an actuator acts in.
+fn driven_joint<'p>(plant: &'p Plant, actuator: &str) -> Option<&'p str> {
+    match &plant.actuators.iter().find(|own| own.name == actuator)?.kind {
+        ActuatorKind::JointTorque { joint } | ActuatorKind::Motor { joint, .. } => Some(joint),
+        _ => None,
+    }
+}
+
+/// Where the force at a noise input acts, as a site is written.
+pub fn site_of_input(plant: &Plant, linear: &Linear, input: usize) -> Option<String> {
+    near(plant, linear, input).map(|near| near.site)
+}
+
 /// Its own position and rate, the input's command and its rate, its rate with every other rate; its
 /// position alone; time.
-fn of_input(linear: &Linear, input: usize) -> Vec<Place> {
-    let Some(Near { site, own, rate, command, others }) = near(linear, input) else { return Vec::new() };
+fn of_input(plant: &Plant, linear: &Linear, input: usize) -> Vec<Place> {
+    let Some(Near { site, own, rate, command, others }) = near(plant, linear, input) else { return Vec::new() };
     let pairs = own.into_iter().chain([Coordinate::Command(command)]).chain(others).take(PAIRS_MAX);
     let pairs = pairs.map(|other| vec![other, rate]);
     let along = pairs.chain(own.map(|own| vec![own])).chain([vec![Coordinate::Time]]);

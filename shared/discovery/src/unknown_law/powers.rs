@@ -136,7 +136,7 @@ impl Power {
 /// Where one-parameter laws may act, and their forms.
 fn places(plant: &Plant, linear: &Linear) -> Vec<(Place, &'static [&'static [Factor]])> {
     let of_input = |input: usize| {
-        let near = near(linear, input);
+        let near = near(plant, linear, input);
         near.into_iter().flat_map(move |near| of_force(near, input)).collect::<Vec<_>>()
     };
     let readings = plant.sensors.iter().enumerate().flat_map(|(channel, sensor)| {
