@@ -332,6 +332,18 @@ mod tests {
         assert!((at(1.0) - at(0.3) - 0.03).abs() < 0.01, "{} {}", at(1.0), at(0.3));
     }
 
+    /// It moves a bending mode, whose unit is another one, more than the joint.
+    #[test]
+    fn a_torque_in_a_joint_acts_there_whatever_it_moves_most() {
+        let nominal = plant("hub_appendage");
+        let problem = problem(&nominal, recording(&nominal, 6, 1.0));
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+        let linear = &linearised.linears[0];
+        let input = linear.input_names.iter().position(|name| name == "torque").unwrap();
+        assert_eq!(site_of_input(&nominal, linear, input).as_deref(), Some("joint:bearing"));
+    }
+
     #[test]
     fn a_force_over_a_position_is_found_at_its_joint() {
         let map = found("pendulum", 8.0, "joint_gear_ripple", "joint:pivot", &[("sine", 0.05), ("order", 6.0)]);

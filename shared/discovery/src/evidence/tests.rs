@@ -225,6 +225,27 @@ fn a_push_that_readings_hardly_show_is_no_larger_than_what_drives_the_record() {
     });
 }
 
+/// About a motion that lacks dry friction which holds, friction's linear response may be nothing.
+#[test]
+fn where_a_disturbance_has_taken_up_something_a_plain_law_of_each_family_is_fitted_at_its_joint() {
+    let nominal = plant("pendulum");
+    about(&nominal, recording(&pushed(&nominal), 5, 4.0), |session, alone| {
+        let ground = Ground { session };
+        let plain = ["joint_coulomb", "joint_viscous", "joint_stiffness"];
+        let proposed = |model: &Model| {
+            let screened = screen::screen(ground, model, &[]).unwrap();
+            let (list, _) = propose::proposals(ground, model, &screened, 4.0);
+            let names: Vec<String> = list.iter().map(|own| model::key(&own.set, &model.problem)).collect();
+            plain.iter().filter(|kind| names.contains(&format!("{kind}@joint:pivot"))).count()
+        };
+        let disturbed = disturbed::of_disturbances(ground, alone).into_iter().next().unwrap();
+        let begin = model::Begin { noise: &disturbed.noise, ..alone.begin() };
+        let disturbed = model::fitted(ground, &disturbed.set, begin, f64::INFINITY).unwrap();
+        assert_eq!(proposed(&disturbed), plain.len());
+        assert!(proposed(alone) < plain.len());
+    });
+}
+
 /// Accelerometers that drift at once have as many faults, and no group.
 #[test]
 fn sensors_fail_one_by_one() {
