@@ -11,6 +11,7 @@ use crate::unknown_law::site_of_input;
 const KIN_MAX: usize = 4;
 const REPEATING_MAX: usize = 2;
 const PEAKS_MAX: usize = 3;
+const PLAIN_MAX: usize = 8;
 
 impl Look<'_> {
     /// Relatives of the fitted laws, by their places among all that were rated.
@@ -95,7 +96,7 @@ impl Look<'_> {
                 plain.push(own);
             }
         }
-        plain.into_iter().filter_map(|rated| self.upright(rated, bare)).collect()
+        plain.into_iter().take(PLAIN_MAX).filter_map(|rated| self.upright(rated, bare)).collect()
     }
 
     /// A law to start from the size that the linear problem gives it, in the direction that it can
