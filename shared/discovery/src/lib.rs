@@ -2,7 +2,7 @@
 //! experiment.
 //!
 //! What it is: every effect of the catalogue scored at every site (`score`), the decision as one
-//! comparison of sets of hypotheses in nats (`evidence`), what is asked of it and answered
+//! comparison of sets of hypotheses in nats (`evidence`), what is tested of it and answered
 //! (`diagnose`), the same from modes instead of time series (`features`), laws outside the catalogue
 //! (`unknown_law`), an omnibus test of the residuals (`omnibus`), wrong channel metadata
 //! (`mislabelled`, `against_plant`), the experiment that separates two effects (`next_experiment`).

@@ -40,7 +40,7 @@ struct Rated {
     noise: usize,
 }
 
-/// The law of one number of most evidence about `model` that the catalogue, taken without some,
+/// The one-parameter law of most evidence about `model` that the catalogue, taken without some,
 /// does not have, where it may reach `needed` nats: `evidence` is twice its logarithm, as of any
 /// [`UnknownLaw`].
 ///

@@ -70,7 +70,7 @@ impl Look<'_> {
         all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
     }
 
-    /// Where a disturbance that nobody stated has taken up something, the law of one number of each
+    /// Where an unspecified disturbance has taken up something, the one-parameter law of each
     /// family: along a motion that lacks a law its linear response may be nothing (dry friction that
     /// holds, about a motion that never rests).
     fn plain(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
