@@ -9,7 +9,7 @@ use crate::error::RecordingError;
 use crate::intake::join::{is_called, no_such_dataset, recording_of};
 use crate::intake::{Intake, ListedDataset};
 use crate::messages::json_file;
-use crate::{Format, Imported, file_name, foreign, hdf5, matlab, npz, parquet, ulog};
+use crate::{Format, Imported, file_name, foreign, hdf5, matlab, netcdf, npz, parquet, ulog};
 use std::path::Path;
 
 /// Reads the datasets of a file.
@@ -41,6 +41,9 @@ pub static ROSBAG_2: Container =
 /// MATLAB of the versions 4 to 7.3.
 pub static MATLAB: Container =
     Container { name: "mat", begins: Begins::As(matlab::is_matlab), datasets: matlab::datasets };
+/// netCDF of the classic formats.
+pub static NETCDF: Container =
+    Container { name: "nc", begins: Begins::With(&[b"CDF\x01", b"CDF\x02", b"CDF\x05"]), datasets: netcdf::datasets };
 /// HDF5.
 pub static HDF5: Container = Container { name: "h5", begins: Begins::With(&[b"\x89HDF"]), datasets: hdf5::datasets };
 /// Arrays of NumPy in an archive.

@@ -82,6 +82,8 @@ mod mcap_summary;
 #[cfg(feature = "foreign")]
 mod messages;
 #[cfg(feature = "foreign")]
+mod netcdf;
+#[cfg(feature = "foreign")]
 mod npy;
 #[cfg(feature = "foreign")]
 mod npz;
@@ -231,6 +233,8 @@ pub static FORMATS: &[&dyn Format] = &[
     #[cfg(feature = "foreign")]
     &containers::HDF5,
     #[cfg(feature = "foreign")]
+    &containers::NETCDF,
+    #[cfg(feature = "foreign")]
     &containers::NPZ,
     #[cfg(feature = "foreign")]
     &containers::NPY,
@@ -296,7 +300,7 @@ pub(crate) fn listed(imported: Imported) -> Result<Vec<ListedDataset>, Recording
 /// Formats that are read, for the error of a file of another.
 #[cfg(feature = "foreign")]
 const READ: &str =
-    "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ, Parquet or JSON";
+    "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, netCDF, NPZ, Parquet or JSON";
 /// What to give to a program that was built without the readers of other programs' files.
 #[cfg(not(feature = "foreign"))]
 const READ: &str = "this partition reads CSV, UFF and obsid's own MCAP; `obsid replay` without --images reads more";

@@ -43,7 +43,7 @@ impl Since {
         let ns = if count.fract() == 0.0 && count.abs() < 1e18 * 9.0 && per_s >= 1.0 && 1e9 % per_s == 0.0 {
             (count as i128 + rest as i128) * (1e9 / per_s) as i128 + self.origin_ns
         } else {
-            (((count + rest) * self.count_s) * 1e9).round() as i128 + self.origin_ns
+            ((((count + rest) * self.count_s) * 1e9).round() as i128).saturating_add(self.origin_ns)
         };
         seconds_of(ns)
     }

@@ -19,6 +19,7 @@ mod intake;
 mod loggers;
 mod mcap_bytes;
 mod mcap_files;
+mod netcdf;
 mod other_shapes;
 mod other_texts;
 mod others;

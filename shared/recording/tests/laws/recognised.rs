@@ -38,7 +38,6 @@ fn a_file_that_is_not_read_is_named_with_what_to_export() {
         ("can.log", b"(1.000000) can0 123#AABB\n(1.010000) can0 123#AABC\n", "log of bus frames", "DBC"),
         ("log.bin", b"\xa3\x95\x80\x80\x59FMT", "DataFlash log of ArduPilot", "mavlogdump.py"),
         ("log.feather", b"ARROW1\0\0\xff\xff\xff\xff", "file of Arrow", "Parquet"),
-        ("log.nc", b"CDF\x01\0\0\0\x14", "netCDF of version 3", "nccopy"),
         ("log.wav", b"RIFF\x24\0\0\0WAVEfmt ", "file of sound", "rate"),
         ("log.csv", b"<!DOCTYPE html>\n<html><body>sign in</body></html>\n", "page of the web", "download"),
     ];
