@@ -234,6 +234,7 @@ fn word_in_usual_case(word: &str) -> Option<String> {
         ("KM", "km"),
         ("FT", "ft"),
         ("IN", "in"),
+        ("LB", "lb"),
         ("MS", "ms"),
         ("US", "us"),
         ("KN", "kN"),

@@ -73,6 +73,18 @@ fn plan_with_interval(
     {
         return counted;
     }
+    // a column without a name whose numbers rise by the interval holds the times
+    let steps_alike = |column: &Seen| {
+        let step = |pair: &[f64]| (pair[1] - pair[0] - interval.seconds).abs() <= 1e-3 * interval.seconds;
+        column.header.is_empty() && column.sample.len() > 2 && column.sample.windows(2).all(step)
+    };
+    if let Some(at) = columns.iter().position(steps_alike) {
+        let said = Some(TimeColumn { name: (at + 1).to_string(), unit: unit_named("s") });
+        let mut plan = plan(source, columns, &Intake { time_column: said, ..intake.clone() })?;
+        let Interval { seconds, stated, .. } = interval;
+        plan.notes.push(format!("column {} holds the times: it rises by {seconds} s ({stated})", at + 1));
+        return Ok(plan);
+    }
     let unit = Some(Unit::scaled("s", interval.seconds, 1.0));
     let by_rows = Some(TimeColumn { name: TimeColumn::ROWS.into(), unit });
     let mut plan = plan(source, columns, &Intake { time_column: by_rows, ..intake.clone() })?;

@@ -219,7 +219,15 @@ pub(crate) fn words_of(name: &str) -> String {
 /// `seconds`.
 pub(crate) fn ending(name: &str) -> Option<Unit> {
     let plain = words_of(name);
-    let unit = |word| unit_named(word).filter(|unit| unit.si == "s");
+    let unit = |word| {
+        let word = match word {
+            "milli" => "ms",
+            "micro" => "us",
+            "nano" => "ns",
+            word => word,
+        };
+        unit_named(word).filter(|unit| unit.si == "s")
+    };
     match plain.rsplit_once(' ') {
         Some((_, last)) => unit(last),
         None => unit(&plain).filter(|unit| is_of_seconds(&plain, *unit) || COUNTED.contains(&plain.as_str())),

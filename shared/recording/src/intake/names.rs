@@ -125,11 +125,15 @@ fn is_since(text: &str) -> bool {
     text.split_once(" since ").and_then(|(unit, _)| unit_named(unit)).is_some_and(|unit| unit.si == "s")
 }
 
-/// `name [unit] rest`, cut at the bracket.
+/// `name [unit] rest` and `name (unit) rest`, cut at the bracket.
 fn in_the_middle(text: &str) -> Option<(&str, &str, &str)> {
-    let (name, behind) = text.split_once(" [")?;
-    let (unit, rest) = behind.split_once("] ")?;
-    (!rest.trim().is_empty() && !rest.contains('[')).then_some((name, unit, rest))
+    let cut = |open, close, again| {
+        let (name, behind): (&str, &str) = text.split_once(open)?;
+        let (unit, rest) = behind.split_once(close)?;
+        (!rest.trim().is_empty() && !rest.contains(['[', again])).then_some((name, unit, rest))
+    };
+    let rounded = || cut(" (", ") ", '(').filter(|(name, unit, _)| is_unit_of(name, unit) && !is_number(unit));
+    cut(" [", "] ", '[').or_else(rounded)
 }
 
 /// `name (unit` cut at the bracket that the end closes: `x (m/(s*N)` is `x` and `m/(s*N`.

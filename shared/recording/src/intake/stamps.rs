@@ -93,7 +93,16 @@ impl Form {
         let orders = [Order::Stated, Order::Day, Order::Month, Order::Year];
         let dates = orders.map(Form::DateTime).into_iter().chain(orders.map(Form::Date));
         let all = |form: &Form| cells.clone().all(|cell| form.read(cell).is_some());
+        if !are_milliseconds(cells.clone()) {
+            return None;
+        }
         times.into_iter().chain([Form::Elapsed, Form::Hex(1)]).chain(dates).find(all)
+    }
+
+    /// Whether a cell has any of the forms.
+    pub fn is_of(cell: &str) -> bool {
+        let orders = [Order::Stated, Order::Day, Order::Month, Order::Year];
+        Form::of([cell].into_iter()).is_some() || orders.iter().any(|order| Reading::of(cell.trim(), *order).is_some())
     }
 
     /// The form of numbers alone that are dates and times, in a column called `name`:
@@ -167,6 +176,19 @@ impl Form {
     pub fn is_of_a_day(self) -> bool {
         matches!(self, Form::Time(_) | Form::Hour | Form::TimeOfDigits)
     }
+}
+
+/// Whether digits behind a colon behind the seconds are milliseconds: three in some cell, where
+/// others have fewer. One or two in every cell may as well be frames, or hundredths.
+fn are_milliseconds<'a>(cells: impl Iterator<Item = &'a str>) -> bool {
+    let orders = [Order::Stated, Order::Day, Order::Month, Order::Year];
+    let digits = |cell: &str| orders.iter().find_map(|order| Reading::of(cell.trim(), *order)?.colon_digits);
+    let (mut fewer, mut three) = (false, false);
+    for digits in cells.filter(|cell| cell.matches(':').count() > 2).filter_map(digits) {
+        fewer |= digits < 3;
+        three |= digits == 3;
+    }
+    three || !fewer
 }
 
 const DAY_NS: i64 = 86_400_000_000_000;

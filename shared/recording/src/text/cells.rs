@@ -151,7 +151,7 @@ impl<'a> Cells<'a> {
         // a tab at the beginning is the end of an empty cell, not a blank
         if text.contains(&b'"') {
             self.dialect.split_quoted(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
-        } else if self.dialect.labelled || self.dialect.separator == COLUMNS {
+        } else if self.dialect.labelled || self.dialect.separator == COLUMNS || begins_with_arrow(text) {
             self.dialect.split(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
         } else if self.dialect.separator == b' ' {
             let cells = text.split(|byte| byte.is_ascii_whitespace()).filter(|cell| !cell.is_empty());
@@ -320,4 +320,10 @@ impl<'a> Cells<'a> {
         let cell = self.record.get(at).map(text_of).unwrap_or_default();
         Err(RecordingError::NotFinite { place: self.place(line, at, header), value: printable(&cell) })
     }
+}
+
+/// Whether an arrow may stand behind a stamp at the beginning of a line.
+fn begins_with_arrow(text: &[u8]) -> bool {
+    const STAMP_MAX: usize = 40;
+    text.windows(4).take(STAMP_MAX).any(|four| four == b" -> ")
 }

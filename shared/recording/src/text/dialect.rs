@@ -69,8 +69,17 @@ struct Quoted {
 const VALUE_MAX: usize = 64;
 
 impl Dialect {
-    /// The cells of a line.
+    /// The cells of a line. A stamp that a terminal writes before it, `14:59:58.250 -> 1.5`, is one.
     pub fn split<'a>(&self, text: &'a str) -> Vec<&'a str> {
+        let is_stamp = |stamp: &&str| stamp.contains(':') && Form::is_of(stamp);
+        let arrow = text.split_once(" -> ").filter(|_| text.starts_with(|c: char| c.is_ascii_digit()));
+        match arrow.filter(|(stamp, _)| is_stamp(stamp)) {
+            Some((stamp, rest)) => core::iter::once(stamp).chain(self.divided(rest)).collect(),
+            None => self.divided(text),
+        }
+    }
+
+    fn divided<'a>(&self, text: &'a str) -> Vec<&'a str> {
         let bare = |cell: &'a str| if self.labelled { label(cell).map_or(cell, |(_, value)| value) } else { cell };
         match self.separator {
             b' ' => text.split_ascii_whitespace().map(bare).collect(),
@@ -115,7 +124,7 @@ impl Dialect {
         }
         number(cell, self.signs).is_some()
             || quantity(cell, self.signs).is_some()
-            || (cell.contains([':', '-', '/']) && Form::of([cell].into_iter()).is_some())
+            || ((cell.contains([':', '-', '/']) || cell.matches('.').count() > 3) && Form::is_of(cell))
     }
 }
 

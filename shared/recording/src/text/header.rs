@@ -6,7 +6,8 @@
 //! `time [s]  torque [N m]`.
 
 use super::dialect::{COLUMNS, Dialect, is_remark};
-use super::units_lines::{UnitsLine, is_bare, is_unit, labelled, matched};
+use super::stamps::Form;
+use super::units_lines::{UnitsLine, is_bare, is_unit, labelled, matched, tabled};
 use crate::intake::clock::rank;
 use crate::intake::names::heading;
 
@@ -47,11 +48,13 @@ impl Above {
         let of_the_table = |(line, _): &Line| behind_a_word.iter().any(|of| of.line == *line && of.is_of_the_table());
         // units of a preamble say nothing of where the names stand
         candidates.retain(|line| of_the_table(line) || !behind_a_word.iter().any(|of| of.line == line.0));
-        let unmarked = lines.iter().filter(|(_, text)| !is_remark(text)).count();
+        let not_marked = lines.iter().filter(|(_, text)| !is_remark(text)).count();
         let units_at =
             (0..candidates.len()).rev().find(|at| of_the_table(&candidates[*at]) || are_units(&candidates, *at));
         let under_names = units_at.map(|at| candidates[at].clone()).filter(|line| !of_the_table(line));
-        let names = names_of(candidates, units_at).map(|names| with_index(names, lines, &own));
+        let names = labelled_names(&candidates, dialect)
+            .or_else(|| names_of(candidates, units_at))
+            .map(|names| with_index(names, lines, &own));
         let called = names.as_ref().map_or_else(|| vec![String::new(); width], |(_, cells)| cells.clone());
         let (units, notes) = match under_names {
             Some((_, cells)) if cells.len() >= called.len().min(width) => (cells, Vec::new()),
@@ -60,9 +63,42 @@ impl Above {
             }
             None => matched(&behind_a_word, &called),
         };
+        let units = if units.is_empty() {
+            let cells: Vec<Vec<String>> = lines.iter().map(|(_, text)| dialect.split_quoted(unmarked(text))).collect();
+            tabled(&cells, &called).unwrap_or_default()
+        } else {
+            units
+        };
         let used = usize::from(names.is_some()) + usize::from(!units.is_empty());
-        Above { names, units, remarks: unmarked.saturating_sub(used), notes }
+        Above { names, units, remarks: not_marked.saturating_sub(used), notes }
     }
+}
+
+/// The names behind a word for them, `TraceName,CH1,CH2`, where no line names a clock.
+fn labelled_names(candidates: &[Line], dialect: Dialect) -> Option<Line> {
+    if candidates.iter().any(names_a_clock) {
+        return None;
+    }
+    let word = |cell: &String| {
+        let letters: String = cell.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect();
+        matches!(
+            letters.as_str(),
+            "tracename"
+                | "channelname"
+                | "channelnames"
+                | "channeltitle"
+                | "signalname"
+                | "signalnames"
+                | "columnnames"
+        )
+    };
+    let is_of_names = |(_, cells): &&Line| {
+        word(&cells[0]) && cells[1..].iter().all(|cell| !dialect.is_value(cell)) && cells.iter().all(|c| !c.is_empty())
+    };
+    let (line, cells) = candidates.iter().rfind(is_of_names)?;
+    let mut cells = cells.clone();
+    cells[0].clear();
+    Some((*line, cells))
 }
 
 /// The line of the names among those that can be it, `units_at` being that of the units.
@@ -100,7 +136,12 @@ fn candidates(lines: &[(u64, String)], width: usize, cells: impl Fn(&str) -> Vec
         let named = cells.iter().filter(|cell| !cell.is_empty()).count();
         cells.len() <= width + 1 && cells.len() + 1 >= width && named > 0 && (named > 1 || width <= 2)
     };
-    lines.iter().map(|(line, text)| (*line, cells(unmarked(text)))).filter(|(_, cells)| fits(cells)).collect()
+    let all = lines.iter().map(|(line, text)| (*line, cells(unmarked(text))));
+    let mut all: Vec<Line> = all.filter(|(_, cells)| fits(cells)).collect();
+    if all.iter().any(|(_, cells)| !is_setting(cells) && !cells.iter().all(|cell| is_bare(cell) || is_unit(cell))) {
+        all.retain(|(_, cells)| !is_setting(cells));
+    }
+    all
 }
 
 /// A line without the mark of a remark.
@@ -119,7 +160,7 @@ fn own_cells(text: &str, dialect: Dialect, width: usize) -> Vec<String> {
     if dialect.separator != b' ' {
         return dialect.split_quoted(text);
     }
-    let words = words(text);
+    let words = if text.contains('"') { dialect.split_quoted(text) } else { words(text) };
     let divided = |cells: &[String]| !cells.iter().any(|cell| cell.ends_with([',', ';', '|']));
     if words.len() == width && divided(&words) {
         return words;
@@ -170,11 +211,28 @@ fn columns(text: &str) -> Vec<String> {
     text.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(str::to_owned).collect()
 }
 
+/// Whether a line has keys and numbers, `HOffset, 0.0, 0.0`. Columns may be called by different
+/// whole numbers, behind a clock.
+fn is_setting(cells: &[String]) -> bool {
+    let is_number = |cell: &&String| cell.parse::<f64>().is_ok();
+    let numbers: Vec<&String> = cells.iter().filter(is_number).collect();
+    let is_name =
+        |(at, cell): (usize, &&String)| cell.bytes().all(|byte| byte.is_ascii_digit()) && !numbers[..at].contains(cell);
+    let called = is_clock(&cells[0]) && numbers.iter().enumerate().all(is_name);
+    !numbers.is_empty() && 2 * numbers.len() >= cells.len() && !called
+}
+
+fn is_clock(cell: &str) -> bool {
+    rank(&heading(cell).name).is_some()
+}
+
 /// Whether a cell names a clock and none is a value, as that of `Time:,14:59:58` is.
 fn names_a_clock((_, cells): &Line) -> bool {
-    let is_value =
-        |cell: &String| cell.contains([':', '/', '.']) && is_bare(cell) && cell.contains(|c: char| c.is_ascii_digit());
-    !cells.iter().any(is_value) && cells.iter().any(|cell| rank(&heading(cell).name).is_some())
+    let is_value = |cell: &String| {
+        let of_signs = cell.contains([':', '/', '.']) && cell.contains(|c: char| c.is_ascii_digit());
+        of_signs && (is_bare(cell) || Form::is_of(cell))
+    };
+    !cells.iter().any(is_value) && cells.iter().any(|cell| is_clock(cell))
 }
 
 /// Of the lines above one of units that of the names: the one with the best name of a clock, of
@@ -192,5 +250,6 @@ fn are_units(lines: &[Line], at: usize) -> bool {
     let stated = cells.iter().filter(|cell| !is_bare(cell)).count();
     let units = known(cells);
     let of_above = at.checked_sub(1).map(|above| known(&lines[above].1));
-    units > 0 && 2 * units >= stated && of_above.is_some_and(|above| units > above)
+    let names = cells.iter().any(|cell| !is_unit(cell) && heading(cell).unit.is_some_and(|unit| is_unit(&unit)));
+    units > 0 && !names && 2 * units >= stated && of_above.is_some_and(|above| units > above)
 }

@@ -120,6 +120,7 @@ fn says(key: &str) -> Option<Says> {
 }
 
 const INTERVALS: &[&str] = &[
+    "interval",
     "increment",
     "xinc",
     "xincr",

@@ -66,6 +66,14 @@ impl UnitsLine {
             Some(places) => places,
             None if self.entries.len() == data.len() && clock.is_none_or(|at| at == 0) => data,
             None if self.cells == Some(names.len()) && clock == Some(0) => (1..names.len()).collect(),
+            // the line of the names is labelled, too: the clock stands behind the label
+            None if self.cells == Some(names.len())
+                && clock == Some(1)
+                && self.entries.len() + 1 == names.len()
+                && unit_named(&self.entries[0]).is_some_and(|unit| unit.si == "s") =>
+            {
+                (1..names.len()).collect()
+            }
             None if self.entries.len() == names.len() => (0..names.len()).collect(),
             None => return None,
         };
@@ -90,6 +98,7 @@ impl UnitsLine {
 /// Words that say no more than that the columns have units.
 const OF_ALL: &[&str] = &[
     "y",
+    "v",
     "vertical",
     "label",
     "labels",
@@ -145,6 +154,28 @@ pub(super) fn matched(lines: &[UnitsLine], names: &[String]) -> (Vec<String>, Ve
     (units, notes)
 }
 
+/// The units of the columns called `names` by a table of channels above the rows, a line for each
+/// of them and a column of units: `Channel, Datatype, Unit, Length`. Every unit that it states is
+/// that of the column with its name, or none is.
+pub(super) fn tabled(lines: &[Vec<String>], names: &[String]) -> Option<Vec<String>> {
+    let is_of_units = |cell: &String| label(cell).is_some_and(|(of, rest)| of.is_empty() && rest.is_empty());
+    let (head, at) = lines.iter().enumerate().find_map(|(head, cells)| {
+        let at = cells.iter().position(is_of_units).filter(|at| *at > 0)?;
+        Some((head, at))
+    })?;
+    let place = |name: &String| names.iter().position(|other| !name.is_empty() && heading(other).name == *name);
+    let mut units = vec![String::new(); names.len()];
+    for cells in lines[head + 1..].iter().take_while(|cells| cells.len() > at) {
+        // a number of the channel may lead the line
+        let Some(column) = cells.iter().take(at).find_map(place) else { break };
+        if !units[column].is_empty() {
+            return None;
+        }
+        units[column].clone_from(&cells[at]);
+    }
+    units.iter().any(|unit| is_unit(unit)).then_some(units)
+}
+
 /// Name and unit of an entry: `CH1:V`.
 fn named(entry: &str) -> (Option<&str>, String) {
     match entry.split_once([':', '=']) {
@@ -174,7 +205,7 @@ fn label(cell: &str) -> Option<(Vec<String>, &str)> {
     let mut is_labelled = false;
     let mut of = Vec::new();
     for word in letters.split_whitespace().map(str::to_lowercase) {
-        let (axis, word) = match word.strip_prefix(['x', 'y']).filter(|rest| rest.starts_with("unit")) {
+        let (axis, word) = match word.strip_prefix(['x', 'y', 'h', 'v']).filter(|rest| rest.starts_with("unit")) {
             Some(rest) => (word.get(..1), rest),
             None => (None, word.as_str()),
         };

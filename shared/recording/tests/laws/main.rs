@@ -34,6 +34,7 @@ mod series;
 mod shapes;
 mod spectra_and_segments;
 mod stamps;
+mod stamps_and_headers;
 mod structured;
 mod tables;
 mod uff_models;

@@ -249,9 +249,25 @@ fn stamps(columns: &[Column<'_>], at: usize, form: Form, notes: &mut Vec<String>
         Form::Time(_) | Form::TimeOfDigits => other(|form| matches!(form, Form::Date(_) | Form::DateOfDigits(_))),
         _ => None,
     };
+    if let Some(part) = milliseconds_beside(columns, at).filter(|_| partner.is_none()) {
+        notes.push(format!("`{}` are the milliseconds of `{}`", columns[part].heading.name, columns[at].heading.name));
+        notes.extend(form.open_order().map(date_order_note));
+        return Clock::Stamps(vec![(at, form), (part, Form::Count(1_000_000))]);
+    }
     let order = form.open_order().or_else(|| partner.and_then(|(_, form)| form.open_order()));
     notes.extend(order.map(date_order_note));
     Clock::Stamps(core::iter::once((at, form)).chain(partner).collect())
+}
+
+/// The column right behind stamps that has the milliseconds of each: whole numbers below 1000 that
+/// fall back.
+fn milliseconds_beside(columns: &[Column<'_>], at: usize) -> Option<usize> {
+    let beside = columns.get(at + 1)?;
+    let sample = &beside.seen.sample;
+    let is_called = clock::part_of_second(&beside.heading.name, beside.heading.unit.as_deref()) == Some(1_000_000);
+    let fits = sample.iter().all(|value| value.fract() == 0.0 && (0.0..1000.0).contains(value));
+    let falls = sample.windows(2).any(|pair| pair[1] < pair[0]);
+    (beside.seen.kind == Kind::Number && is_called && fits && falls).then_some(at + 1)
 }
 
 /// Says in what order dates are read.

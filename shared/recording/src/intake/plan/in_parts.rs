@@ -185,7 +185,9 @@ pub(super) fn second_and_parts(columns: &[Column<'_>], at: usize) -> Option<InPa
     if !of_seconds || !is_whole(whole) || !is_whole(part) {
         return None;
     }
-    let form = match part_of_second(&part.heading.name, part.heading.unit.as_deref()) {
+    let name = without_common(&whole.heading.name, &part.heading.name);
+    let form = match part_of_second(&name, part.heading.unit.as_deref()) {
+        _ if divisor(part).is_some() => Form::Part(divisor(part)?),
         Some(ns) => Form::Count(ns),
         None if is_of_parts(&part.heading.name) => Form::Part(parts_of_second(&whole.seen.sample, &part.seen.sample)?),
         None => return None,
@@ -193,6 +195,22 @@ pub(super) fn second_and_parts(columns: &[Column<'_>], at: usize) -> Option<InPa
     let within = |value: &f64| form.of_value(*value, 0.0).is_some_and(|of| of.day == 0 && of.within_ns <= SECOND_NS);
     let parts = vec![(at, Form::Count(SECOND_NS)), (at + 1, form)];
     part.seen.sample.iter().all(within).then(|| InParts::of(columns, parts, "the second and its parts"))
+}
+
+/// The words of a name without those with which the other begins, too: `nsec` of `sim_time_nsec`
+/// beside `sim_time_sec`.
+fn without_common(other: &str, name: &str) -> String {
+    let (other, name) = (words_of(other), words_of(name));
+    let alike = other.split(' ').zip(name.split(' ')).take_while(|(a, b)| a == b).count();
+    let rest: Vec<&str> = name.split(' ').skip(alike).collect();
+    if rest.is_empty() { name } else { rest.join(" ") }
+}
+
+/// Into how many parts a unit such as `1/65536 s` divides a second.
+fn divisor(part: &Column<'_>) -> Option<i64> {
+    let (one, of) = part.heading.unit.as_deref()?.split_once('/')?;
+    let digits = of.trim().trim_end_matches(['s', 'S']).trim();
+    (one.trim() == "1").then(|| digits.parse().ok()).flatten().filter(|of| *of > 1)
 }
 
 fn is_of_parts(name: &str) -> bool {

@@ -19,6 +19,8 @@ pub(super) struct Reading {
     afternoon: Option<bool>,
     /// Seconds ahead of UTC.
     zone_s: Option<i64>,
+    /// Digits behind a colon behind the seconds.
+    pub colon_digits: Option<usize>,
 }
 
 impl Reading {
@@ -29,12 +31,12 @@ impl Reading {
         while let Some(first) = rest.chars().next() {
             rest = match first {
                 '0'..='9' => reading.number(rest, order)?,
-                ' ' | ',' | '_' => &rest[1..],
+                ' ' | ',' | '_' | '@' => &rest[1..],
                 '+' | '-' if reading.time.is_some() && reading.clock != Some(Clock::Minutes) => reading.offset(rest)?,
                 '-' | '/' | '.' if reading.time.is_none() && (reading.month.is_some() || reading.has_beside()) => {
                     &rest[1..]
                 }
-                ':' | '-' | '/' if reading.time.is_none() && reading.date.is_some() => &rest[1..],
+                ':' | '-' | '/' | '.' if reading.time.is_none() && reading.date.is_some() => &rest[1..],
                 '[' | '(' if reading.zone_s.is_some() => &rest[rest.find([']', ')'])? + 1..],
                 _ if first.is_alphabetic() => reading.word(rest)?,
                 _ => return None,
@@ -58,6 +60,12 @@ impl Reading {
         if self.time.is_none() && digits == 6 && has_date {
             return self.compact_time(rest);
         }
+        if self.time.is_none()
+            && self.date.is_some()
+            && let Some(after) = self.divided_time(rest)
+        {
+            return Some(after);
+        }
         let may_be_date = !has_date && self.time.is_none() && !self.has_beside();
         if let Some((date, after)) = may_be_date.then(|| date(rest, order)).flatten() {
             self.date = Some(date);
@@ -80,12 +88,29 @@ impl Reading {
             }
             None => (first, second, 0, after, Clock::Hours),
         };
+        let behind_colon = after.strip_prefix(':').map(self::digits);
         let (fraction_ns, after) = fraction(after)?;
         if minutes > 59 || seconds > 60 {
             return None;
         }
+        self.colon_digits = behind_colon;
         self.time = Some(((hours * 60 + minutes) * 60 + seconds) * 1_000_000_000 + fraction_ns);
         self.clock = Some(clock);
+        Some(after)
+    }
+
+    /// `05.06.07.250` or `05-06-07` behind a date.
+    fn divided_time<'t>(&mut self, rest: &'t str) -> Option<&'t str> {
+        let sign = rest[digits(rest)..].chars().next().filter(|sign| matches!(sign, '.' | '-' | '_'))?;
+        let (hours, after) = number(rest, 2..=2)?;
+        let (minutes, after) = number(after.strip_prefix(sign)?, 2..=2)?;
+        let (seconds, after) = number(after.strip_prefix(sign)?, 2..=2)?;
+        let (fraction_ns, after) = fraction(after)?;
+        if hours > 23 || minutes > 59 || seconds > 60 {
+            return None;
+        }
+        self.time = Some(((hours * 60 + minutes) * 60 + seconds) * 1_000_000_000 + fraction_ns);
+        self.clock = Some(Clock::Hours);
         Some(after)
     }
 
@@ -281,13 +306,17 @@ fn number(text: &str, lengths: core::ops::RangeInclusive<usize>) -> Option<(i64,
     Some((text[..length].parse().ok()?, &text[length..]))
 }
 
-/// Decimals of a second [ns]: behind a point or a comma, or three, six or nine behind a colon.
+/// Decimals of a second [ns]: behind a point or a comma, or three, six or nine behind a colon; one
+/// or two digits there are whole milliseconds.
 fn fraction(text: &str) -> Option<(i64, &str)> {
     let Some(rest) = text.strip_prefix(['.', ',', ':']) else { return Some((0, text)) };
     let length = digits(rest);
     if length == 0 {
         // `14:59:58, 5 March 2024`
         return Some((0, text)).filter(|_| text.starts_with(','));
+    }
+    if text.starts_with(':') && length < 3 {
+        return Some((rest[..length].parse::<i64>().ok()? * 1_000_000, &rest[length..]));
     }
     if text.starts_with(':') && !matches!(length, 3 | 6 | 9) {
         return None;
