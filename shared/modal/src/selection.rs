@@ -9,7 +9,8 @@
 //!   it;
 //! - otherwise (ambient excitation) modes are reported from an order at which all resolved modes
 //!   have appeared, the lowest whose predicted variance is within `DEVIATION_SLACK` of the
-//!   smallest: at lower orders the unmodelled modes bias those in the model.
+//!   smallest: at lower orders the unmodelled modes bias those in the model. A track that ends
+//!   before that order is a mode if the model there still has a pole for it.
 
 use faer::c64;
 
@@ -18,7 +19,7 @@ use crate::gram::Gram;
 use crate::pairs::PairCovariances;
 use crate::shape_uncertainty::{ShapeScale, shape_deviations};
 use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
-use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, tracks};
+use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, is_in_model, tracks};
 use crate::stretch::Stretch;
 use crate::uncertainty::{BlockProduct, Blocks, PoleDeviation, pole_deviations, residual};
 use crate::weighting::homogeneous;
@@ -267,8 +268,11 @@ impl Appraisal<'_> {
         let order_min = self.complete_order.unwrap_or(order_of_all);
         let count = if self.complete_order.is_some() { 1 } else { CANDIDATES_LAST };
         let best = self.best(&resolved, |track| positions(track, order_min, count));
-        for (track, (pole, deviation)) in resolved.iter().zip(best.into_iter().flatten()) {
-            match refusal(pole, deviation, settings) {
+        let model = self.realisation.poles(order_min.clamp(1, self.realisation.order_max()), self.sample_rate_hz);
+        for (k, (track, (pole, deviation))) in resolved.iter().zip(best.into_iter().flatten()).enumerate() {
+            let is_absent = || pole.order < order_min && !is_in_model(pole, &model, &resolved[..k], &resolved[k + 1..]);
+            let absent = || is_absent().then_some(Rejection::NotInModel { order_min });
+            match refusal(pole, deviation, settings).or_else(absent) {
                 None => selection.modes.push(Mode {
                     shape_deviation: settings.shape_deviations.map_or(Vec::new(), |scale| self.of_shape(pole, scale)),
                     ..mode(pole, deviation, track.poles.len(), self.decimation)

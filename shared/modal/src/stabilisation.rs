@@ -9,6 +9,8 @@ use crate::ssi_cov::Pole;
 
 /// Orders a track may miss: a new singular vector can disturb an old mode for one complex pair.
 const ORDER_GAP_MAX: usize = 3;
+/// Least assurance criterion of one shape at two orders.
+const SAME_SHAPE: f64 = 0.8;
 
 /// Agreement demanded between successive orders.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -65,6 +67,11 @@ pub enum Rejection {
     /// Appears only in orders above one that already leaves white noise.
     ModelsNoise {
         complete_order: usize,
+    },
+    /// Repeats only below the order at which the last mode appears, as two close modes that are
+    /// taken for one do.
+    NotInModel {
+        order_min: usize,
     },
     /// Damping within three of its standard deviations of zero, or frequency not known to half the
     /// bandwidth.
@@ -175,4 +182,22 @@ pub fn tracks(poles: Vec<Pole>, criteria: &StabilityCriteria) -> Vec<Track> {
         tracks.extend(waiting.into_iter().flatten().map(|pole| Track { poles: vec![pole] }));
     }
     tracks
+}
+
+/// Whether a pole whose track ends below the order of a model has its place in it: a pole of that
+/// model, of no other track, within its half width in the complex plane (three deviations, at the
+/// least significance that a mode has) and of a shape alike.
+///
+/// Two close modes are one wide pole as long as the order is too low for both.
+pub(crate) fn is_in_model(mode: &Pole, model: &[Pole], before: &[Track], behind: &[Track]) -> bool {
+    let width_hz = |pole: &Pole| pole.damping_ratio * pole.frequency_hz;
+    let is_of_another = |pole: &Pole| {
+        let same = |other: &Pole| other.order == pole.order && other.eigenvalue == pole.eigenvalue;
+        before.iter().chain(behind).any(|track| track.poles.iter().any(same))
+    };
+    let is_it = |pole: &Pole| {
+        let apart_hz = libm::hypot(pole.frequency_hz - mode.frequency_hz, width_hz(pole) - width_hz(mode));
+        apart_hz <= width_hz(mode) && modal_assurance_criterion(&pole.mode_shape, &mode.mode_shape) > SAME_SHAPE
+    };
+    model.iter().any(|pole| is_it(pole) && !is_of_another(pole))
 }

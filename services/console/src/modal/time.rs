@@ -195,6 +195,7 @@ fn reason(rejection: &Rejection) -> &'static str {
         Rejection::NotResolved { .. } => "not resolved from its own uncertainty",
         Rejection::PhaseNotCollinear { .. } => "shape scattered over the complex plane",
         Rejection::Combination => "a combination of stronger modes by clipping",
+        Rejection::NotInModel { .. } => "only in models too small for all modes",
         Rejection::HiddenByTone => "within the band of a tone",
         Rejection::BetterElsewhere { .. } => "the same mode is better known at another rate",
     }
