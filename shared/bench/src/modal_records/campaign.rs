@@ -42,8 +42,10 @@ pub struct Figures {
     pub tones_named_percent: Option<f64>,
     /// Tones reported that do not exist.
     pub tones_invented: u32,
-    /// Modes beside a tone that are right, or said to be hidden.
+    /// Identifiable modes beside a tone that are right, or said to be hidden.
     pub beside_right_percent: Option<f64>,
+    /// Identifiable modes beside a tone.
+    pub beside: u32,
     /// What each trial got wrong, in their order.
     pub failures: Vec<Failure>,
 }
@@ -103,6 +105,7 @@ pub fn figures(defect: Defect, trials: u32, seed: u64) -> Figures {
     figures.missed_percent = percent(sums.missed, figures.modes);
     figures.invented_percent = percent(sums.invented, figures.modes);
     figures.tones_named_percent = percent(sums.named, figures.tones);
+    figures.beside = sums.beside;
     figures.beside_right_percent = percent(sums.beside_right, sums.beside);
     (figures.frequency_rms_z, figures.frequency_coverage_percent) = honesty(&sums.frequency_z);
     (figures.damping_rms_z, figures.damping_coverage_percent) = honesty(&sums.damping_z);
@@ -174,12 +177,12 @@ fn judge(
         });
         let right = z.is_some_and(|z| z.iter().all(|z| z.abs() < RIGHT_SIGMA));
         let hidden = found.tones.iter().any(|tone| (tone.frequency_hz - f).abs() < tone.hides_hz);
+        if !is_identifiable(truth, structure, recorded) {
+            continue;
+        }
         if recorded.beside_mode == Some(k) {
             sums.beside += 1;
             sums.beside_right += u32::from(right || hidden);
-        }
-        if !is_identifiable(truth, structure, recorded) {
-            continue;
         }
         figures.modes += 1;
         match z {
