@@ -6,9 +6,15 @@ use serde_json::Value;
 
 /// The answer about a file of `records`.
 fn answer(file: &str) -> Value {
+    answer_with(file, &[])
+}
+
+fn answer_with(file: &str, options: &[&str]) -> Value {
     let folder = Folder::new(&format!("modal-{file}"));
     let path = workspace().join("tests/front_door/records").join(file);
-    folder.ask(&["modal", path.to_str().unwrap(), "--json"]).ends_with(0).object()
+    let words: Vec<&str> =
+        ["modal", path.to_str().unwrap(), "--json"].into_iter().chain(options.iter().copied()).collect();
+    folder.ask(&words).ends_with(0).object()
 }
 
 fn of_nature<'a>(answer: &'a Value, nature: &str) -> Vec<&'a Value> {
@@ -103,4 +109,22 @@ fn six_records_of_responses_scatter_as_their_deviations_say() {
     // 1 % and 99 % of χ² with 24 degrees of freedom.
     let sum: f64 = squares.iter().sum();
     assert!(sum > 10.86 && sum < 42.98, "{squares:?}");
+}
+
+/// Nine modes too many of held values, two of the gaps, and a lost collinearity, when a trend was
+/// taken out of the table before the examination.
+#[test]
+fn a_trend_is_taken_out_of_what_the_examination_leaves() {
+    let held = answer_with("seven_in_a_row.csv.gz", &["--detrend", "mean"]);
+    assert_eq!((of_nature(&held, "mode").len(), did(&held, "held")), (2, 3), "{held:#}");
+    let lost = answer_with("every_tenth.csv.gz", &["--detrend", "linear"]);
+    has_modes(&lost, &[(1.5, 0.01), (4.5, 0.015)]);
+    let late = answer_with("second_channel_140_ms_late.csv.gz", &["--decimate", "2"]);
+    has_modes(&late, &[(1.5, 0.01), (4.5, 0.015)]);
+    assert_eq!(did(&late, "delay"), 1, "{late:#}");
+    assert!(of_nature(&late, "mode").iter().all(|mode| number(mode, "mpc") > 0.9), "{late:#}");
+    let folder = Folder::new("modal-slow-channel-decimated");
+    let path = workspace().join("tests/front_door/records/one_channel_slower.csv.gz");
+    let words = ["modal", path.to_str().unwrap(), "--decimate", "2"];
+    folder.ask(&words).refuses(&["decimation by 2 leaves 0 % of a2", "leave out --decimate"]);
 }

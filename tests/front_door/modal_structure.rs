@@ -148,6 +148,39 @@ fn three_setups_with_two_references_are_one_structure() {
         .refuses(&["no reference 'r3'", "s0.csv has r1, r2, p"]);
 }
 
+/// Tones were modes of every setup, and held values gave modes, when setups were read without the
+/// examination.
+#[test]
+fn setups_are_examined_as_single_records_are() {
+    let folder = Folder::new("modal-setups-examined");
+    let with_a_tone = |text: String| -> String {
+        let mut row = -1.0;
+        let line = |line: &str| {
+            row += 1.0;
+            let mut cells = line.split(',').map(str::to_owned).collect::<Vec<_>>();
+            for cell in cells.iter_mut().skip(1).filter(|_| row > 0.0) {
+                let wanders = 0.04 * 15.0 * (std::f64::consts::TAU * row / RATE_HZ / 90.0).sin();
+                let tone = (std::f64::consts::TAU * (8.0 * row / RATE_HZ + wanders)).sin();
+                *cell = format!("{:.7}", cell.parse::<f64>().unwrap() + tone);
+            }
+            cells.join(",") + "\n"
+        };
+        text.lines().map(line).collect()
+    };
+    folder.file("s0.csv", with_a_tone(ambient(10, &[(0, "r1"), (1, "r2"), (2, "p")])));
+    folder.file("s1.csv", ambient(11, &[(0, "r1"), (1, "r2"), (3, "q")]));
+    for by in ["poser", "preger"] {
+        let words = ["modal", "s0.csv", "--setup", "s1.csv", "--references", "r1,r2", "--merge", by, "--json"];
+        let object = folder.ask(&words).result();
+        assert_eq!(object["modes"].as_array().unwrap().len(), 2, "{by}: {object}");
+        let of_first = object["setups"][0]["modes"].as_array().unwrap();
+        assert_eq!(of_first.len(), 2, "the tone is no mode of its setup: {object}");
+        let tone = &object["examination"][0];
+        assert!(tone["check"] == "tone" && (number(tone, "value") - 8.0).abs() < 0.01, "{object}");
+        assert_eq!(tone["channel"], "s0.csv");
+    }
+}
+
 #[test]
 fn poles_picked_by_hand_are_the_modes_with_their_own_deviations() {
     let folder = Folder::new("modal-select");
@@ -160,6 +193,8 @@ fn poles_picked_by_hand_are_the_modes_with_their_own_deviations() {
         assert!((number(mode, "frequency_hz") - hz).abs() < 5.0 * sd && sd < 0.05, "{mode}");
     }
     folder.ask(&["modal", file, "--select", "900:5"]).refuses(&["no oscillation of order 900"]);
+    folder.ask(&["modal", file, "--select", "2:20"]).refuses(&["order 2 has no pole there", "the nearest is at"]);
+    folder.ask(&["modal", file, "--band", "30..50"]).refuses(&["the record ends at", "give a band below it"]);
 }
 
 #[test]

@@ -149,6 +149,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut outcome = of_files(arguments)?;
     if let Some((low, high)) = arguments.band {
+        let highest = outcome.spectrum.as_ref().and_then(|(hz, _)| hz.last());
+        if let Some(highest) = highest.filter(|highest| low >= **highest) {
+            return Err(Failure::Input(miette::miette!(
+                help = "give a band below it, or a record of a higher rate",
+                "--band {low}..{high}: the record ends at {highest:.6} Hz"
+            )));
+        }
         outcome.keep_modes(|mode| (low..=high).contains(&mode.frequency_hz));
     }
     Ok(outcome)

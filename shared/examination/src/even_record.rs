@@ -61,6 +61,7 @@ impl EvenRecord {
             treatments: Vec::new(),
         };
         record.note_missing(&columns);
+        record.note_constant(channels, &columns);
         record.note_clipped(channels, &columns);
         let steps: Vec<Option<Held>> = columns.iter().map(|column| held(column)).collect();
         record.at_fresh_rows(channels, &mut columns, &steps);
@@ -88,6 +89,21 @@ impl EvenRecord {
         if absent > 0 {
             let percent = 100.0 * absent as f64 / cells as f64;
             self.treat("missing", "", percent, "%", format!("{percent:.3} % of the samples are missing"));
+        }
+    }
+
+    fn note_constant(&mut self, channels: &[&Channel], columns: &[Vec<f64>]) {
+        for (channel, column) in channels.iter().zip(columns) {
+            let mut present = column.iter().filter(|y| y.is_finite());
+            if let Some(first) = present.next().filter(|first| present.all(|y| y == *first)) {
+                self.treat(
+                    "constant",
+                    &channel.name,
+                    *first,
+                    "si",
+                    "moves in no mode: its part of every shape is zero".into(),
+                );
+            }
         }
     }
 

@@ -26,7 +26,8 @@ pub enum Trend {
 /// Every `factor`-th output of the anti-alias filter, over the segments of the record. The inputs
 /// are left out: held from sample to sample of the old rate, they are not held at the new one.
 ///
-/// A segment shorter than the filter is left out; `None` when all are.
+/// A segment shorter than the filter is left out; `None` when all are. An output whose filter lacks
+/// a sample (NaN) does not exist.
 #[must_use]
 pub fn decimated(record: &Record, factor: usize) -> Option<Record> {
     assert!(factor > 0);
@@ -51,24 +52,25 @@ pub fn decimated(record: &Record, factor: usize) -> Option<Record> {
         .then(|| Record::of_outputs(record.sample_rate_hz / factor as f64, l, outputs).with_segments(segments))
 }
 
-/// The record without the trend of each segment.
+/// The record without the trend of each segment, which is that of the samples that exist.
 #[must_use]
 pub fn detrended(mut record: Record, trend: Trend) -> Record {
     let l = record.channels;
     for segment in record.segments.clone() {
-        let n = segment.len() as f64;
-        let middle = 0.5 * (n - 1.0);
-        // Σ (t − t̄)² = n (n² − 1)/12
-        let spread = (n * (n * n - 1.0) / 12.0).max(f64::MIN_POSITIVE);
+        let middle = 0.5 * (segment.len() as f64 - 1.0);
         for c in 0..l {
-            let y: Vec<f64> = record.channel(c, segment.clone());
-            let mean = y.iter().sum::<f64>() / n;
-            let slope = match trend {
-                Trend::Mean => 0.0,
-                Trend::Linear => y.iter().enumerate().map(|(t, y)| (t as f64 - middle) * y).sum::<f64>() / spread,
-            };
+            let (mut n, mut x, mut xx, mut y, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for (t, value) in record.channel(c, segment.clone()).into_iter().enumerate().filter(|(_, y)| y.is_finite())
+            {
+                let from_middle = t as f64 - middle;
+                (n, x, xx) = (n + 1.0, x + from_middle, xx + from_middle * from_middle);
+                (y, xy) = (y + value, xy + from_middle * value);
+            }
+            let determinant = n * xx - x * x;
+            let slope = if trend == Trend::Linear && determinant > 0.0 { (n * xy - x * y) / determinant } else { 0.0 };
+            let level = if n > 0.0 { (y - slope * x) / n } else { 0.0 };
             for (t, row) in segment.clone().enumerate() {
-                record.outputs[row * l + c] -= mean + slope * (t as f64 - middle);
+                record.outputs[row * l + c] -= level + slope * (t as f64 - middle);
             }
         }
     }
@@ -140,5 +142,18 @@ mod tests {
         assert!(level.outputs.iter().all(|y| y.abs() < 1e-12));
         let centred = detrended(record, Trend::Mean);
         assert!(centred.outputs[..20].iter().sum::<f64>().abs() < 1e-12 && centred.outputs[0].abs() > 4.0);
+    }
+
+    #[test]
+    fn samples_that_do_not_exist_change_no_trend_and_leave_no_output_that_saw_them() {
+        let hole = |t: i32| if t % 7 == 3 { f64::NAN } else { 3.0 + 0.5 * f64::from(t) };
+        let level = detrended(Record::of_outputs(1.0, 1, (0..50).map(hole).collect()), Trend::Linear);
+        assert!(level.outputs.iter().all(|y| y.is_nan() || y.abs() < 1e-12));
+        assert_eq!(level.outputs.iter().filter(|y| y.is_nan()).count(), 7);
+        let one_hole: Vec<f64> = (0..400).map(|t| if t == 200 { f64::NAN } else { 1.0 }).collect();
+        let low = decimated(&Record::of_outputs(1.0, 1, one_hole), 2).unwrap();
+        // Of 45 taps every other output's window holds the hole.
+        assert_eq!(low.outputs.iter().filter(|y| y.is_nan()).count(), 23);
+        assert!(low.outputs.iter().all(|y| y.is_nan() || (y - 1.0).abs() < 1e-12));
     }
 }

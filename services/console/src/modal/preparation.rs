@@ -9,24 +9,22 @@ use modal::record::Record;
 
 /// A rate is reached where the quotient is this near to a whole number.
 const WHOLE: f64 = 1e-6;
+/// Part of a channel's samples that the filter of a lower rate leaves at least: of what gaps take
+/// is no more than half.
+const LEFT_SHARE_MIN: f64 = 0.5;
 
-/// A record between gaps (the first rows behind them), and what was done to it.
-pub(super) struct Prepared {
-    pub record: Record,
-    pub gaps: Vec<usize>,
-    pub notes: Vec<String>,
-}
-
+/// A record (NaN where no sample exists) as the arguments ask for it, and what was done to it.
+///
 /// # Errors
-/// [`Failure::Input`] for a rate that is no whole part of the record's, and where the filter is
-/// longer than every stretch without a gap.
-pub(super) fn prepared(arguments: &Arguments, record: Record, gaps: Vec<usize>) -> Result<Prepared, Failure> {
+/// [`Failure::Input`] for a rate that is no whole part of the record's, and where the filter leaves
+/// too little of a channel.
+pub(super) fn prepared(
+    arguments: &Arguments,
+    names: &[String],
+    mut record: Record,
+) -> Result<(Record, Vec<String>), Failure> {
     let asked = &arguments.structural;
     let mut notes = Vec::new();
-    if asked.detrend == Detrend::None && asked.decimate.is_none() {
-        return Ok(Prepared { record, gaps, notes });
-    }
-    let mut record = between_gaps(record, &gaps);
     let trend = match asked.detrend {
         Detrend::Mean => Some((Trend::Mean, "the mean")),
         Detrend::Linear => Some((Trend::Linear, "a line of least squares")),
@@ -38,21 +36,40 @@ pub(super) fn prepared(arguments: &Arguments, record: Record, gaps: Vec<usize>) 
     }
     if let Some(decimation) = asked.decimate {
         let factor = factor(decimation, record.sample_rate_hz)?;
-        record = decimated(&record, factor).ok_or_else(|| {
-            Failure::Input(miette::miette!(
-                help = "give a longer record or a smaller --decimate",
-                "decimation by {factor} leaves nothing: the filter is longer than every stretch without a gap"
-            ))
-        })?;
+        record = at_lower_rate(names, &record, factor)?;
         let (rate, edge) = (record.sample_rate_hz, PASS_BAND * record.sample_rate_hz);
         notes.push(format!(
             "decimated by {factor} to {rate:.6} Hz: pass band to {edge:.4} Hz, 70 dB above {:.4} Hz",
             1.5 * edge
         ));
     }
-    let gaps = record.segments.iter().skip(1).map(|segment| segment.start).collect();
-    let whole = 0..record.samples();
-    Ok(Prepared { record: record.with_segments(vec![whole]), gaps, notes })
+    Ok((record, notes))
+}
+
+fn at_lower_rate(names: &[String], record: &Record, factor: usize) -> Result<Record, Failure> {
+    let refused = |what: String, help: &'static str| Failure::Input(miette::miette!(help = help, "{what}"));
+    let lower = decimated(record, factor).ok_or_else(|| {
+        let what = format!("decimation by {factor} leaves nothing: the filter is longer than the record");
+        refused(what, "give a longer record or a smaller --decimate")
+    })?;
+    for (c, name) in names.iter().enumerate() {
+        let present = |record: &Record| {
+            let column = record.outputs.iter().skip(c).step_by(record.channels);
+            column.filter(|y| y.is_finite()).count() as f64
+        };
+        let left = present(&lower) * factor as f64 / present(record);
+        if left < LEFT_SHARE_MIN {
+            let what = format!(
+                "decimation by {factor} leaves {:.0} % of {name}: its filter needs samples without a gap",
+                100.0 * left
+            );
+            return Err(refused(
+                what,
+                "leave out --decimate: modes are sought at lower rates anyway; or leave out the channel with --channels",
+            ));
+        }
+    }
+    Ok(lower)
 }
 
 /// The same samples as stretches without a gap.

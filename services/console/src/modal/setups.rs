@@ -1,15 +1,19 @@
 //! Several setups of one structure with common reference sensors (`--setup`).
 
+use super::as_it_is::AsItIs;
 use super::merge::Merge;
 use super::structural_arguments::MergeBy;
-use super::time::{self, BLOCK_ROWS, Chosen, OUTPUT_ONLY};
+use super::time::examined::{Examined, examined, in_segments, record_in_words, treatments};
+use super::time::{BLOCK_ROWS, OUTPUT_ONLY};
 use super::{Arguments, FoundMode, Outcome, Structure};
 use crate::{Failure, recordings};
+use examination::even_record::Treatment;
 use modal::gram::output_gram;
+use modal::operational::identify;
 use modal::record::Record;
 use modal::setups::{Merged, MergedMode, Setup, SetupMode, merge, pre_scaled};
 use modal::ssi_cov::Pole;
-use modal::{Config, ModalError, ModalIdentifier, Mode, OnsetGate, Selection, ShapeScale, StabilityCriteria};
+use modal::{Mode, ShapeScale, StabilityCriteria};
 use std::path::PathBuf;
 
 /// Rates of two setups are equal up to the rounding of stamps.
@@ -24,19 +28,27 @@ pub(super) fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
     for file in &files {
         let imported = recording::read_with(file, &arguments.intake.intake(None)?).map_err(Failure::input)?;
         let set = recording::series(imported).map_err(Failure::input)?;
-        all.push(time::choose(arguments, &set)?);
+        all.push(examined(arguments, &set)?);
     }
     let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     let references = references(&asked.references, &names, &all)?;
-    let chosen: Vec<Chosen> = all.into_iter().map(|chosen| references_first(chosen, &references)).collect();
+    let mut all: Vec<Examined> = all.into_iter().map(|setup| references_first(setup, &references)).collect();
     let count = references.len();
-    let mut setups = Vec::new();
-    for (chosen, file) in chosen.iter().zip(&files) {
-        let found = fly(arguments, chosen, ShapeScale::FirstChannels(count));
-        let found = found.map_err(|error| {
-            Failure::Input(miette::miette!(help = "give a longer record of this setup", "{}: {error}", file.display()))
+    let (mut setups, mut rests, mut done) = (Vec::new(), Vec::new(), Vec::new());
+    for (setup, file) in all.iter_mut().zip(&names) {
+        let mut config = setup.config(arguments);
+        config.selection.shape_deviations = Some(ShapeScale::FirstChannels(count));
+        let found = identify(&setup.record, setup.known(), &config).map_err(|error| {
+            Failure::Input(miette::miette!(help = "give a longer record of this setup", "{file}: {error}"))
         })?;
-        setups.push(Setup { channels: chosen.names.clone(), modes: found.modes.iter().map(of_setup).collect() });
+        let of_setup_file =
+            |t: Treatment| Treatment { channel: format!("{file} {}", t.channel).trim_end().into(), ..t };
+        done.extend(treatments(setup, &found).into_iter().map(of_setup_file));
+        setups.push(Setup { channels: setup.names.clone(), modes: found.modes.iter().map(of_setup).collect() });
+        rests.push(match found.rest {
+            Some(values) => Record::of_outputs(setup.record.sample_rate_hz, setup.record.channels, values),
+            None => setup.record.clone(),
+        });
     }
     name_apart(&mut setups, &files, count);
     let merged = merge(&setups, count);
@@ -54,14 +66,14 @@ pub(super) fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
         MergeBy::Preger => (
             "all setups at once, covariances scaled by the references before (PreGER), poles that repeat in six orders",
             "none stated: the setups together have no propagation of their covariances",
-            at_once(arguments, &chosen, count)?.iter().map(of_pole).collect(),
+            at_once(arguments, &all, &rests, (&names, count))?.iter().map(of_pole).collect(),
         ),
     };
-    let records: Vec<String> = chosen.iter().map(time::record_in_words).collect();
-    let notes = chosen
-        .iter()
-        .zip(&names)
-        .flat_map(|(chosen, name)| chosen.notes.iter().map(move |note| format!("{name}: {note}")));
+    let records: Vec<String> = all.iter().map(record_in_words).collect();
+    let of_file = |(setup, name): (&Examined, &String)| -> Vec<String> {
+        setup.notes.iter().map(|note| format!("{name}: {note}")).collect()
+    };
+    let notes = all.iter().zip(&names).flat_map(of_file);
     Ok(Outcome {
         method,
         kind: OUTPUT_ONLY,
@@ -71,6 +83,7 @@ pub(super) fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
         modes,
         advice,
         notes: notes.collect(),
+        as_it_is: AsItIs { treatments: done, ..AsItIs::default() },
         structure: Structure {
             merge: Some(Merge { by: asked.merge, references, files: names, records, setups, merged }),
             ..Structure::default()
@@ -79,32 +92,14 @@ pub(super) fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
     })
 }
 
-/// The identifier that flies, segments at gaps and where the record jumps.
-fn fly(arguments: &Arguments, chosen: &Chosen, shapes: ShapeScale) -> Result<Selection, ModalError> {
-    let record = &chosen.record;
-    let mut config = Config::new(record.channels, record.sample_rate_hz);
-    config.selection.order_max = *arguments.orders.end();
-    config.selection.shape_deviations = Some(shapes);
-    let (mut identifier, mut gate) = (ModalIdentifier::new(config), OnsetGate::default());
-    for (k, row) in record.outputs.chunks_exact(record.channels).enumerate() {
-        if chosen.gaps.contains(&k) {
-            gate.end_segment(&mut identifier);
-            identifier.open_segment();
-        }
-        gate.push(row, &mut identifier);
-    }
-    gate.end_segment(&mut identifier);
-    identifier.identify_with_reasons()
-}
-
 /// The channels named, or those of the same name in all setups.
-fn references(asked: &[String], files: &[String], all: &[Chosen]) -> Result<Vec<String>, Failure> {
-    for (chosen, file) in all.iter().zip(files) {
-        if let Some(missing) = asked.iter().find(|name| !chosen.names.contains(name)) {
-            let near = recordings::nearest(missing, chosen.names.iter().map(String::as_str));
+fn references(asked: &[String], files: &[String], all: &[Examined]) -> Result<Vec<String>, Failure> {
+    for (setup, file) in all.iter().zip(files) {
+        if let Some(missing) = asked.iter().find(|name| !setup.names.contains(name)) {
+            let near = recordings::nearest(missing, setup.names.iter().map(String::as_str));
             let near = near.map_or(String::new(), |near| format!(" (is it '{near}'?)"));
             return Err(Failure::Input(miette::miette!(
-                help = format!("references are channels of every setup; {file} has {}", chosen.names.join(", ")),
+                help = format!("references are channels of every setup; {file} has {}", setup.names.join(", ")),
                 "{file} has no reference '{missing}'{near}"
             )));
         }
@@ -113,8 +108,8 @@ fn references(asked: &[String], files: &[String], all: &[Chosen]) -> Result<Vec<
         return Ok(asked.to_vec());
     }
     let common: Vec<String> =
-        all[0].names.iter().filter(|name| all.iter().all(|chosen| chosen.names.contains(name))).cloned().collect();
-    if common.is_empty() || all.iter().all(|chosen| chosen.names.len() == common.len()) {
+        all[0].names.iter().filter(|name| all.iter().all(|setup| setup.names.contains(name))).cloned().collect();
+    if common.is_empty() || all.iter().all(|setup| setup.names.len() == common.len()) {
         let what = if common.is_empty() { "no channel has" } else { "all channels have" };
         return Err(Failure::Input(miette::miette!(
             help = "name the sensors that stayed at their places: --references a,b",
@@ -125,17 +120,16 @@ fn references(asked: &[String], files: &[String], all: &[Chosen]) -> Result<Vec<
     Ok(common)
 }
 
-fn references_first(chosen: Chosen, references: &[String]) -> Chosen {
-    let place = |name: &String| chosen.names.iter().position(|known| known == name);
+fn references_first(mut setup: Examined, references: &[String]) -> Examined {
+    let place = |name: &String| setup.names.iter().position(|known| known == name);
     let mut order: Vec<usize> = references.iter().filter_map(place).collect();
-    order.extend((0..chosen.names.len()).filter(|k| !references.contains(&chosen.names[*k])));
-    let Record { sample_rate_hz, channels, outputs, .. } = &chosen.record;
+    order.extend((0..setup.names.len()).filter(|k| !references.contains(&setup.names[*k])));
+    let Record { sample_rate_hz, channels, outputs, .. } = &setup.record;
     let outputs = outputs.chunks_exact(*channels).flat_map(|row| order.iter().map(|k| row[*k])).collect();
-    Chosen {
-        names: order.iter().map(|k| chosen.names[*k].clone()).collect(),
-        record: Record::of_outputs(*sample_rate_hz, *channels, outputs),
-        ..chosen
-    }
+    setup.record = Record::of_outputs(*sample_rate_hz, *channels, outputs);
+    setup.names = order.iter().map(|k| setup.names[*k].clone()).collect();
+    setup.even.delays_s = order.iter().map(|k| setup.even.delays_s[*k]).collect();
+    setup
 }
 
 /// Moving sensors that carry one name in several setups are at several places.
@@ -184,20 +178,31 @@ fn of_pole(pole: &Pole) -> FoundMode {
     }
 }
 
-/// One identification of all setups.
-fn at_once(arguments: &Arguments, chosen: &[Chosen], references: usize) -> Result<Vec<Pole>, Failure> {
-    let rate = chosen[0].record.sample_rate_hz;
-    if let Some(other) = chosen.iter().find(|other| (other.record.sample_rate_hz / rate - 1.0).abs() > SAME_RATE) {
+/// One identification of all setups, their tones taken out.
+fn at_once(
+    arguments: &Arguments,
+    all: &[Examined],
+    rests: &[Record],
+    (files, references): (&[String], usize),
+) -> Result<Vec<Pole>, Failure> {
+    let rate = rests[0].sample_rate_hz;
+    if let Some(other) = rests.iter().find(|other| (other.sample_rate_hz / rate - 1.0).abs() > SAME_RATE) {
         return Err(Failure::Input(miette::miette!(
             help = "bring them to one rate with --decimate RATEHz, or merge after identification: --merge poser",
             "setups at {rate:.6} Hz and {:.6} Hz cannot be identified at once",
-            other.record.sample_rate_hz
+            other.sample_rate_hz
         )));
     }
-    let grams: Vec<_> = chosen
-        .iter()
-        .map(|chosen| output_gram(&super::preparation::between_gaps(chosen.record.clone(), &chosen.gaps), BLOCK_ROWS))
-        .collect();
+    let late = |setup: &Examined| setup.even.delays_s.iter().position(|delay_s| *delay_s != 0.0);
+    if let Some((file, setup, k)) = files.iter().zip(all).find_map(|(file, setup)| Some((file, setup, late(setup)?))) {
+        return Err(Failure::Input(miette::miette!(
+            help = "merge after identification, which takes the delay out of the shapes: --merge poser",
+            "{file}: channel '{}' is {:.4} s behind the others: setups cannot be identified at once",
+            setup.names[k],
+            setup.even.delays_s[k]
+        )));
+    }
+    let grams: Vec<_> = rests.iter().map(|record| output_gram(&in_segments(record), BLOCK_ROWS)).collect();
     pre_scaled(&grams, references, *arguments.orders.end(), rate, &StabilityCriteria::default())
         .map_err(|error| Failure::Input(miette::miette!(help = "give longer records", "{error}")))
 }

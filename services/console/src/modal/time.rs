@@ -1,9 +1,9 @@
 //! Modes of a time record.
 
+pub(super) mod examined;
 mod known_input;
 mod output_only;
 
-use super::preparation::{Prepared, prepared};
 use super::{Arguments, FoundMode, Outcome, SweepPole};
 use crate::{Failure, recordings};
 use modal::advice::Advice;
@@ -89,26 +89,14 @@ pub(super) fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Resul
     let gaps: Vec<usize> = gaps.into_iter().filter(|row| *row > 0 && *row < rows.len()).collect();
     let record = Record::of_outputs(rate_hz, responses.len(), values(&responses));
     let record = if input.is_empty() { record } else { record.with_input(1, values(&input)) };
-    let Prepared { record, gaps, notes: prepared } = prepared(arguments, record, gaps)?;
-    let at_lower_rate = record.samples() != rows.len();
-    if at_lower_rate && !gaps.is_empty() && !input.is_empty() {
-        return Err(Failure::Input(miette::miette!(
-            help = "leave out --decimate, or cut the record with --from and --to where it has no gap",
-            "--decimate with --input: the rows behind a gap have no place on the lower rate's clock"
-        )));
-    }
-    let time_s = match at_lower_rate {
-        true => (0..record.samples()).map(|k| table.time_s[first] + k as f64 / record.sample_rate_hz).collect(),
-        false => rows.iter().map(|row| table.time_s[*row]).collect(),
-    };
     Ok(Chosen {
         names: responses.iter().map(|k| table.columns[*k].name.clone()).collect(),
         unit: table.columns[responses[0]].unit.into(),
         record,
         start_s: table.time_s[first],
         gaps,
-        time_s,
-        notes: notes(&table).into_iter().chain(prepared).collect(),
+        time_s: rows.iter().map(|row| table.time_s[*row]).collect(),
+        notes: notes(&table),
     })
 }
 

@@ -3,6 +3,7 @@
 use super::{BLOCK_ROWS, Chosen, found_mode, in_words, loudest, record_in_words, sweep};
 use crate::Failure;
 use crate::modal::as_it_is::AsItIs;
+use crate::modal::preparation::prepared;
 use crate::modal::{Arguments, FoundMode, Outcome, Structure, Synthesis, Verdict, page};
 use examination::even_record::{Treatment, at_a_limit};
 use modal::advice::{advice, pulse_nulling};
@@ -23,7 +24,10 @@ const CANDIDATES: &str = "candidates, not modes: no model of this input and whit
 const OFF_CLOCK_MAX: f64 = 0.3;
 
 /// Known input: maximum likelihood, the number of modes by likelihood.
-pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
+pub(super) fn by_likelihood(arguments: &Arguments, mut chosen: Chosen) -> Result<Outcome, Failure> {
+    let (record, notes) = prepared(arguments, &chosen.names, chosen.record)?;
+    chosen.record = record;
+    chosen.notes.extend(notes);
     let record = on_even_clock(&chosen)?;
     let modes_max = (arguments.orders.end() / 2).clamp(1, MODES_MAX);
     let answer = identify(&record, Model::FREE, may_accelerate(&chosen.unit), modes_max).map_err(|error| {

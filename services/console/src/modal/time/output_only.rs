@@ -1,43 +1,31 @@
 //! Modes of a time record from its outputs alone, as the record is: examined first, then the
 //! identifier that flies, with missing samples and tones dealt with.
 
-use super::{BLOCK_ROWS, OUTPUT_ONLY, choose, found_mode, in_words, loudest, reasons, sweep};
+use super::examined::{Examined, examined, in_segments, record_in_words, treatments};
+use super::{BLOCK_ROWS, OUTPUT_ONLY, found_mode, in_words, loudest, reasons, sweep};
 use crate::Failure;
 use crate::modal::as_it_is::{AsItIs, Nature};
-use crate::modal::structural_arguments::Detrend;
 use crate::modal::{Arguments, FoundMode, Outcome, Structure, Synthesis, hand, page};
-use channels::Channel;
-use examination::even_record::{EvenRecord, Treatment, without_holes};
+use examination::even_record::{Treatment, without_holes};
 use modal::advice::advice;
 use modal::c64;
 use modal::drift::{self, PartOfRecord};
 use modal::gram::output_gram;
 use modal::maximum_likelihood::{Model, explained};
 use modal::methods::Estimate;
-use modal::operational::{Evidence, Known, Operational, identify, selection_like, settings};
+use modal::operational::{Evidence, Operational, identify, selection_like};
 use modal::pairs::covariances;
 use modal::record::Record;
 use modal::ssi_cov::realise;
 use modal::tones::Tone;
-use modal::{Config, Mode, RejectedPole, Rejection, Selection, ShapeScale};
+use modal::{Config, Mode, Selection, ShapeScale};
 use std::ops::Range;
-
-/// The channels asked for on one clock.
-struct Examined {
-    names: Vec<String>,
-    unit: String,
-    even: EvenRecord,
-    record: Record,
-    notes: Vec<String>,
-}
 
 pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Outcome, Failure> {
     let mut examined = examined(arguments, set)?;
-    let mut config = settings(&examined.record, examined.even.logged_rate_hz);
-    config.selection.order_max = *arguments.orders.end();
+    let mut config = examined.config(arguments);
     config.selection.shape_deviations = Some(ShapeScale::Largest);
-    let known = Known { delays_s: &examined.even.delays_s, clipped: examined.even.is_clipped() };
-    let mut found = identify(&examined.record, known, &config).map_err(|error| {
+    let mut found = identify(&examined.record, examined.known(), &config).map_err(|error| {
         Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
     })?;
     // What is left when the tones are taken out; later channels stay where they are there.
@@ -109,122 +97,6 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     })
 }
 
-/// The response channels within the times asked for, on one clock.
-fn examined(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Examined, Failure> {
-    let inside = |t: &f64| arguments.from.is_none_or(|from| *t >= from) && arguments.to.is_none_or(|to| *t <= to);
-    let wanted = |name: &String| arguments.channels.is_empty() || arguments.channels.contains(name);
-    let cut = |channel: &Channel| {
-        let rows: Vec<usize> = (0..channel.time_s.len()).filter(|row| inside(&channel.time_s[*row])).collect();
-        let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect();
-        Channel { time_s: of(&channel.time_s), value: of(&channel.value), ..channel.clone() }
-    };
-    if arguments.structural.detrend != Detrend::None || arguments.structural.decimate.is_some() {
-        return as_a_table(arguments, set);
-    }
-    let channels: Vec<Channel> = set.recording.channels.iter().filter(|c| wanted(&c.name)).map(cut).collect();
-    let present = channels.iter().all(|channel| !channel.value.is_empty());
-    let borrowed: Vec<&Channel> = channels.iter().collect();
-    let even = if present { EvenRecord::of(&borrowed) } else { None };
-    let Some(even) = even else { return as_a_table(arguments, set) };
-    let record = Record::of_outputs(even.rate_hz, even.channels, even.values.clone());
-    Ok(Examined {
-        names: channels.iter().map(|channel| channel.name.clone()).collect(),
-        unit: channels[0].unit.clone(),
-        notes: set.notes.iter().filter(|note| !is_about_gaps(note)).cloned().collect(),
-        record,
-        even,
-    })
-}
-
-/// Gaps are reported once, by the examination.
-fn is_about_gaps(note: &str) -> bool {
-    note.contains("reported, not filled") || note.starts_with("not one rate: ")
-}
-
-/// A record whose clock is only nearly even: as a table of one rate, its gaps as rows without
-/// values.
-fn as_a_table(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Examined, Failure> {
-    let chosen = choose(arguments, set)?;
-    let l = chosen.record.channels;
-    let mut values = Vec::with_capacity(chosen.record.outputs.len());
-    for (row, sample) in chosen.record.outputs.chunks_exact(l).enumerate() {
-        if chosen.gaps.contains(&row) {
-            values.extend(std::iter::repeat_n(f64::NAN, l));
-        }
-        values.extend_from_slice(sample);
-    }
-    let rate_hz = chosen.record.sample_rate_hz;
-    let even = EvenRecord {
-        rate_hz,
-        start_s: chosen.start_s,
-        channels: l,
-        delays_s: vec![0.0; l],
-        logged_rate_hz: None,
-        treatments: Vec::new(),
-        values,
-    };
-    let record = Record::of_outputs(rate_hz, l, even.values.clone());
-    Ok(Examined { names: chosen.names, unit: chosen.unit, record, even, notes: chosen.notes })
-}
-
-fn record_in_words(examined: &Examined) -> String {
-    let Examined { names, record, .. } = examined;
-    let rows = record.outputs.chunks_exact(record.channels);
-    let present = rows.filter(|row| row.iter().any(|y| y.is_finite())).count();
-    format!(
-        "{} channel{}, {} samples at {:.4} Hz",
-        names.len(),
-        if names.len() == 1 { "" } else { "s" },
-        present,
-        record.sample_rate_hz
-    )
-}
-
-/// What the examination found, with what was done in the end.
-fn treatments(examined: &mut Examined, found: &Operational) -> Vec<Treatment> {
-    let mut all = std::mem::take(&mut examined.even.treatments);
-    for treatment in all.iter_mut().filter(|treatment| treatment.check == "missing") {
-        if found.filled > 0 {
-            let said = format!(", {} of them in gaps filled from the samples beside them", found.filled);
-            treatment.did.push_str(&said);
-        }
-        treatment.did.push_str(match (found.evidence, found.transient) {
-            (Evidence::Pairs, _) => ": covariances from the pairs that exist",
-            (_, true) => ": windows between the gaps, because the motion is no stationary one",
-            (Evidence::Windows, false) => ": windows between the gaps",
-        });
-    }
-    if let Some(note) = examined.notes.iter().find(|note| note.starts_with("the stamps are ")) {
-        let did = note.clone();
-        all.push(Treatment {
-            check: "irregular_time",
-            channel: String::new(),
-            value: examined.even.rate_hz,
-            unit: "Hz",
-            did,
-        });
-        examined.notes.retain(|note| !note.starts_with("the stamps are "));
-    }
-    for tone in &found.tones {
-        let did = format!(
-            "{}: taken out before the modes were identified; a mode within ±{:.3} Hz of it would be hidden",
-            if tone.wander_hz > 0.0 {
-                format!("a tone that wanders by ±{:.3} Hz", tone.wander_hz)
-            } else {
-                "a steady tone".into()
-            },
-            tone.hides_hz
-        );
-        all.push(Treatment { check: "tone", channel: String::new(), value: tone.frequency_hz, unit: "Hz", did });
-    }
-    let by_tone = |pole: &&RejectedPole| matches!(pole.reason, Rejection::HiddenByTone);
-    for pole in found.rejected.iter().filter(by_tone) {
-        let did = "hidden: what moves there is not told from the tone, and is not reported as a mode".into();
-        all.push(Treatment { check: "hidden", channel: String::new(), value: pole.frequency_hz, unit: "Hz", did });
-    }
-    all
-}
-
 fn left_out(rejected: &[(String, usize)]) -> String {
     let reasons: Vec<String> = rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
     format!("poles left out: {}", reasons.join(", "))
@@ -267,23 +139,6 @@ fn tone_as_found(tone: &Tone) -> FoundMode {
 fn unfolded(frequency_hz: f64, rate_hz: f64, highest_hz: f64) -> Vec<f64> {
     let images = (1..).flat_map(|k| [f64::from(k) * rate_hz - frequency_hz, f64::from(k) * rate_hz + frequency_hz]);
     images.take_while(|f| *f < highest_hz).collect()
-}
-
-/// Whole windows between rows that are not complete.
-fn in_segments(record: &Record) -> Record {
-    let complete: Vec<bool> =
-        record.outputs.chunks_exact(record.channels).map(|row| row.iter().all(|y| y.is_finite())).collect();
-    let mut segments = Vec::new();
-    let mut start = 0;
-    for row in 0..=complete.len() {
-        if row == complete.len() || !complete[row] {
-            if row > start {
-                segments.push(start..row);
-            }
-            start = row + 1;
-        }
-    }
-    record.clone().with_segments(segments)
 }
 
 /// The rows with every value, and where rows are missing between them (the first row behind).
