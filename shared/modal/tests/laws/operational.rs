@@ -177,7 +177,7 @@ fn a_late_channel_leaves_the_modes_and_its_delay_known_the_phases() {
 fn a_close_pair_is_two_modes_and_not_the_one_of_models_too_small_for_both() {
     let modes = [(1.7, 0.011), (3.3, 0.008), (3.45, 0.009), (8.1, 0.02)];
     let shapes = [[1.0, 0.8, 0.5, 0.3], [1.0, -0.3, -0.9, 0.6], [0.4, 0.9, -0.2, 0.8], [0.7, -0.8, 0.6, 0.9]];
-    // Of every ten such records one had a mode of 3.35 Hz, which repeats in six orders below eight.
+    // Seven of 45 such records had a mode of 3.35 Hz, which repeats in six orders below eight.
     for seed in [16, 18] {
         let record = Record::of_outputs(RATE_HZ, 4, of_structure(seed, 15_000, &modes, &shapes));
         let found = identify(&record, Known::default(), &Config::new(4, RATE_HZ)).unwrap();
