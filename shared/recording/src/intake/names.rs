@@ -132,7 +132,9 @@ fn in_the_middle(text: &str) -> Option<(&str, &str, &str)> {
         let (unit, rest) = behind.split_once(close)?;
         (!rest.trim().is_empty() && !rest.contains(['[', again])).then_some((name, unit, rest))
     };
-    let rounded = || cut(" (", ") ", '(').filter(|(name, unit, _)| is_unit_of(name, unit) && !is_number(unit));
+    // one letter may be a label: `mode (A) speed`
+    let is_unit = |name, unit: &str| is_unit_of(name, unit) && !is_number(unit) && (unit.len() > 1 || unit == "s");
+    let rounded = || cut(" (", ") ", '(').filter(|(name, unit, _)| is_unit(name, unit));
     cut(" [", "] ", '[').or_else(rounded)
 }
 

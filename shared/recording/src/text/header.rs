@@ -56,18 +56,18 @@ impl Above {
             .or_else(|| names_of(candidates, units_at))
             .map(|names| with_index(names, lines, &own));
         let called = names.as_ref().map_or_else(|| vec![String::new(); width], |(_, cells)| cells.clone());
-        let (units, notes) = match under_names {
-            Some((_, cells)) if cells.len() >= called.len().min(width) => (cells, Vec::new()),
-            Some((line, _)) => {
+        let all: Vec<Vec<String>> = lines
+            .iter()
+            .filter(|(line, _)| names.as_ref().is_none_or(|(at, _)| line != at))
+            .map(|(_, text)| dialect.split_quoted(unmarked(text)))
+            .collect();
+        let (units, notes) = match (tabled(&all, &called), under_names) {
+            (Some(units), _) => (units, Vec::new()),
+            (None, Some((_, cells))) if cells.len() >= called.len().min(width) => (cells, Vec::new()),
+            (None, Some((line, _))) => {
                 (Vec::new(), vec![format!("line {line}: the units are fewer than the names and are not used")])
             }
-            None => matched(&behind_a_word, &called),
-        };
-        let units = if units.is_empty() {
-            let cells: Vec<Vec<String>> = lines.iter().map(|(_, text)| dialect.split_quoted(unmarked(text))).collect();
-            tabled(&cells, &called).unwrap_or_default()
-        } else {
-            units
+            (None, None) => matched(&behind_a_word, &called),
         };
         let used = usize::from(names.is_some()) + usize::from(!units.is_empty());
         Above { names, units, remarks: not_marked.saturating_sub(used), notes }

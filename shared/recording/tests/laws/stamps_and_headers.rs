@@ -146,3 +146,12 @@ fn a_date_of_a_preamble_is_no_name_and_a_column_that_rises_by_the_interval_is_th
     let set = holds("titles.txt", &text, 1000.0, &[("Force", "N", 0.5), ("Angle", "rad", DEG)]);
     assert!(set.notes.iter().any(|note| note.contains("column 1 holds the times")), "{:?}", set.notes);
 }
+
+#[test]
+fn what_looks_like_a_stamp_a_unit_or_an_arrow_is_none() {
+    let rows = || rows(|k, a, _| format!("{:.2},192.168.1.{k},2021.04.05.1,{a}", 0.01 * k as f64));
+    let text = format!("time [s],ip,firmware,a -> b [V]\n{}", rows());
+    holds("no_stamps.csv", &text, 100.0, &[("a -> b", "V", 0.5)]);
+    let text = format!("time [s],ip,firmware,mode (A) speed\n{}", rows());
+    holds("no_ampere.csv", &text, 100.0, &[("mode (A) speed", "?", 0.5)]);
+}
