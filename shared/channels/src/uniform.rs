@@ -92,8 +92,8 @@ pub fn interpolate(time: &[f64], value: &[f64], t: f64) -> f64 {
 
 /// Both channels on one equally spaced grid over their common time, at the finer of the two steps.
 ///
-/// No more steps than the finer channel has samples: what is common lies within its span. `None` when
-/// fewer than `samples_min` steps are common.
+/// No more steps than the finer channel has samples: what is common lies within its span. `None`
+/// when fewer than `samples_min` steps are common.
 #[must_use]
 pub fn common_grid(a: &Channel, b: &Channel, samples_min: usize) -> Option<(Uniform, Uniform)> {
     let (ua, ub) = (a.uniform()?, b.uniform()?);

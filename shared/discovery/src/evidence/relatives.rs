@@ -71,8 +71,8 @@ impl Look<'_> {
     }
 
     /// Where an unspecified disturbance has taken up something, the one-parameter law of each
-    /// family: along a motion that lacks a law its linear response may be nothing (dry friction that
-    /// holds, about a motion that never rests).
+    /// family: along a motion that lacks a law its linear response may be nothing (dry friction
+    /// that holds, about a motion that never rests).
     fn plain(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
         let (plant, linear) = (&self.model.problem.plant, self.model.fit.linearised.linears.first());
         let of = |own: &Hypothesis| {
@@ -92,7 +92,7 @@ impl Look<'_> {
                 let [a, b] = [known, own].map(|rated| &rated.column.candidate);
                 a.site == b.site && a.effect.family == b.effect.family
             };
-            if !plain.iter().any(|known| same(known)) {
+            if !plain.iter().any(same) {
                 plain.push(own);
             }
         }

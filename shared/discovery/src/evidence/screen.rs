@@ -152,8 +152,8 @@ impl Laws {
         }
     }
 
-    /// Columns of laws that repeat, at frequencies and orders that are neither near the best one nor
-    /// near a better one.
+    /// Columns of laws that repeat, at frequencies and orders that are neither near the best one
+    /// nor near a better one.
     fn elsewhere(&mut self) -> Vec<Rated> {
         let mut all = core::mem::take(&mut self.elsewhere);
         all.retain(|own| own.log_bayes > 0.0 && repeats_at(&own.column.candidate).is_some());

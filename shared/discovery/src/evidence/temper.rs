@@ -124,8 +124,8 @@ impl Instants {
 }
 
 /// The instant of a run from which on a model has found its states, which is wider than another by
-/// so many nats at each: what it still pays for not knowing them, beyond what it always pays, is below
-/// [`SETTLED_NATS`].
+/// so many nats at each: what it still pays for not knowing them, beyond what it always pays, is
+/// below [`SETTLED_NATS`].
 fn settled_from(wider: &[f64]) -> usize {
     let half = wider.len() / 2;
     let usual = wider[half..].iter().sum::<f64>() / (wider.len() - half).max(1) as f64;
