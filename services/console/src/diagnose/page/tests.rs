@@ -213,14 +213,13 @@ fn a_plant_that_is_written_is_the_next_step_and_one_that_is_not_says_how() {
 #[test]
 fn every_figure_of_the_method_is_drawn_with_its_axes_and_its_claim() {
     let text = html(full());
-    // tiles, evidence, force and law over two states, force along each, angles, overlay
-    assert_eq!(text.matches("<figure>").count(), 8, "{}", text.matches("<h3>").count());
+    // tiles, evidence, force over two states, force along each, angles, overlay
+    assert_eq!(text.matches("<figure>").count(), 7, "{}", text.matches("<h3>").count());
     for words in [
         "angle: the innovations stand out by 25 standard errors before, 0 after",
         "Coulomb friction in joint pivot: 1",
         "the middle half of it between 5 and 15 s",
         "force at joint:pivot that the data ask for over pivot and rate of pivot",
-        "the fitted law over pivot and rate of pivot, on the same scale",
         "force at joint:pivot along rate of pivot: from -0.3 to 0.3 N*m",
         "37 degrees apart",
         "angle: fit 43.9 % before, 92.2 % after, in free run",
