@@ -22,8 +22,7 @@ use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// Difference of the logarithms of two frequencies or orders from which on a fit of one may end
-/// elsewhere than one of the other. A
-/// budget: another start finds no less.
+/// elsewhere than one of the other. A budget: another start finds no less.
 const NEAR: f64 = 0.05;
 
 /// A law with its best column.

@@ -170,8 +170,8 @@ mod tests {
         all
     }
 
-    /// Two runs of 400 instants; a state that one model has is unknown at the start of each and then
-    /// found, and what it moves there the model without it does not explain.
+    /// Two runs of 400 instants; a state that one model has is unknown at the start of each and
+    /// then found, and what it moves there the model without it does not explain.
     fn of_two_runs(nu: &[f64], with_state: bool) -> Instants {
         let mut all = Instants { states: usize::from(with_state), runs: vec![400, 400], ..Instants::default() };
         for (k, nu) in nu.iter().enumerate() {

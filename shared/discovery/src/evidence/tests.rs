@@ -225,6 +225,22 @@ fn a_push_that_readings_hardly_show_is_no_larger_than_what_drives_the_record() {
     });
 }
 
+/// Of laws without a name those of one number compete with names of several.
+#[test]
+fn a_law_has_the_numbers_that_a_fit_or_a_scan_picks() {
+    let nominal = plant("pendulum");
+    about(&nominal, recording(&nominal, 5, 4.0), |session, alone| {
+        let screened = screen::screen(Ground { session }, alone, &[]).unwrap();
+        let numbers = |kind: &str| {
+            let is_it = |own: &&screen::Rated| own.column.candidate.effect.kind == kind;
+            screened.rated.iter().find(is_it).map(|own| own.column.candidate.numbers())
+        };
+        // a sign that is smoothed has no number of its own
+        let counted = ["joint_coulomb", "sensor_drift", "joint_stribeck", "sensor_step"].map(numbers);
+        assert_eq!(counted, [Some(1), Some(1), Some(2), Some(3)]);
+    });
+}
+
 /// About a motion that lacks dry friction which holds, friction's linear response may be nothing.
 #[test]
 fn where_a_disturbance_has_taken_up_something_a_plain_law_of_each_family_is_fitted_at_its_joint() {
