@@ -4,6 +4,10 @@ use super::parts;
 use dynamics::description::{EffectUse, Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law, Prior, Scan, Spread};
 
+/// Rate of a contact that is looked for [1 / time between samples]: it lasts π/2 samples, and a
+/// stiffer one, of less than a sample, is the same on the record.
+const CONTACT: f64 = 2.0;
+
 /// Backlash between motor and link: a contact `−k (x − b sgn x) − c x'` beyond a half gap b.
 pub static EFFECT: Effect = Effect {
     kind: "joint_backlash",
@@ -12,14 +16,20 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play").amplitude(),
         EffectParameter::new(
-            "load",
-            "J/*",
+            "contact_rate",
+            "rad/s",
             [1e-3, 1e6],
-            10.0,
-            "force that presses the flanks in by b: stiffness k = load / b",
+            100.0,
+            "natural frequency w of the motor on its flank: stiffness k = J w^2 of a motor of inertia J",
         )
-        .scanned(Scan::Each(&[10.0, 1e3])),
-        EffectParameter::new("contact_time", "s", [0.0, 1.0], 1e-3, "damper c = k T while in contact"),
+        .scanned(Scan::OfSampling(&[CONTACT])),
+        EffectParameter::new(
+            "contact_damping",
+            "1",
+            [0.0, 2.0],
+            0.2,
+            "damping ratio z while in contact: damper c = 2 z J w",
+        ),
         EffectParameter::new(
             "inertia_share",
             "1",
@@ -41,13 +51,14 @@ pub static EFFECT: Effect = Effect {
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
-    let (half_gap, load, contact_time, share) = (p[0], p[1], p[2], p[3]);
+    let (half_gap, rate, damping, share) = (p[0], p[1], p[2], p[3]);
     if half_gap == 0.0 {
         return Ok(());
     }
     let split = parts::split_joint(plant, site, share)?;
-    let values =
-        [("stiffness", load / half_gap), ("half_gap", half_gap), ("centre", 0.0), ("contact_time", contact_time)];
+    let stiffness = split.motor_inertia * rate * rate;
+    let contact_time = 2.0 * damping / rate;
+    let values = [("stiffness", stiffness), ("half_gap", half_gap), ("centre", 0.0), ("contact_time", contact_time)];
     plant.effects.push(EffectUse {
         kind: super::joint_looseness::EFFECT.kind.to_owned(),
         site: Site { kind: SiteKind::Joint, name: split.gear },
@@ -65,7 +76,7 @@ mod tests {
     #[test]
     fn in_the_gap_the_motor_moves_alone_wherever_the_joint_is_and_beyond_it_takes_the_link_along() {
         let mut built = plant();
-        build(&mut built, &"joint:elbow".parse().unwrap(), &[0.01, 10.0, 0.0, 0.1]).unwrap();
+        build(&mut built, &"joint:elbow".parse().unwrap(), &[0.01, 30.0, 0.0, 0.1]).unwrap();
         let system = System::new(&built).unwrap();
         let at = |name: &str| system.states().iter().position(|state| state.name == name).unwrap();
         let drive = system.inputs().iter().position(|input| input.name == "drive").unwrap();

@@ -333,6 +333,7 @@ fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Mot
         Scan::Each(values) => values.to_vec(),
         Scan::TimesDefault(factors) => times(factors, parameter.default),
         Scan::OfRate(shares) if rate > 0.0 => times(shares, rate),
+        Scan::OfSampling(shares) => times(shares, 1.0 / setting.period_s),
         Scan::OfRange(shares) if range > 0.0 => times(shares, range),
         Scan::OfRangeFollowed(shares) if range > 0.0 => {
             let finest = 2.0 * motion.map_or(0.0, |m| m.rate_max) * setting.period_s;

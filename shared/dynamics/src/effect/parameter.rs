@@ -58,6 +58,8 @@ pub enum Scan {
     TimesDefault(&'static [f64]),
     /// Shares of the rms rate.
     OfRate(&'static [f64]),
+    /// So many of the inverse of the time between two samples.
+    OfSampling(&'static [f64]),
     /// Shares of the range of motion.
     OfRange(&'static [f64]),
     /// Shares of the range of motion, no smaller than a step of integration resolves at the largest

@@ -90,7 +90,7 @@ impl<'a> Propagator<'a> {
         layout.clone = if any_mean { layout.tangent } else { 0 };
         layout.colour_of = vec![None; sensors.len()];
         let (n, m, p) = (system.states().len(), system.inputs().len(), sensors.len());
-        let finer = finer((problem, run), (&system, &x0), timeline);
+        let finer = finer((problem, run), (&equipped, &system, &x0), timeline);
         let rows = timeline.rows_of(problem, &problem.runs[run], &equipped, &system).unwrap_or_default();
         let (rows, tilts) = filtered_rows(&system, timeline, rows);
         let zeros = |n: usize| vec![0.0; n];
