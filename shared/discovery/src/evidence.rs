@@ -36,6 +36,7 @@ mod hypothesis;
 pub mod labels;
 mod law;
 mod learned;
+mod linear_evidence;
 mod marginal;
 mod model;
 mod noise;
@@ -49,7 +50,9 @@ mod relatives;
 mod scale;
 mod screen;
 mod search;
+mod starts;
 mod temper;
+mod timed;
 mod timing;
 
 use crate::diagnose::{Diagnosis, Options, Phase, even_stamps, insufficient_data, nominal, within_limit};

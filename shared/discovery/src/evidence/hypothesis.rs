@@ -87,6 +87,9 @@ pub(super) enum Hypothesis {
     Timing(f64),
 }
 
+/// Key of inputs at another time: one hypothesis whatever the shift, as of any number.
+pub(super) const SHIFTED_INPUTS: &str = "shifted inputs";
+
 impl Hypothesis {
     pub(super) fn parts(&self) -> &[Part] {
         if let Self::Effect(parts) = self { parts } else { &[] }
@@ -102,7 +105,7 @@ impl Hypothesis {
             Self::Coloured(channel) => format!("coloured noise of {}", plant.sensors[*channel].name),
             Self::Disturbance(_, name) => format!("disturbance of {name}"),
             Self::Conflict(name) | Self::Exact(Exact { name, .. }) => format!("conflict of {name}"),
-            Self::Timing(shift) => format!("inputs later by {shift} samples"),
+            Self::Timing(_) => SHIFTED_INPUTS.to_owned(),
         }
     }
 

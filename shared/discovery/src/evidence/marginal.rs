@@ -145,5 +145,11 @@ impl Solved {
     }
 }
 
+/// Ends of an amplitude's prior: zero where it has one sign. Its plausible range is no prior, else
+/// two names of one law would differ by their ranges.
+pub(super) fn cut_at_nothing(low: f64) -> [f64; 2] {
+    [if low == 0.0 { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY]
+}
+
 #[cfg(test)]
 mod tests;

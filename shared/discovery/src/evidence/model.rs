@@ -3,10 +3,12 @@
 use super::augmented::augmented;
 use super::decide::CONFLICT_FACTOR;
 use super::hypothesis::{Hypothesis, InnerPrior, freed, log_swap, unknown_of};
-use super::marginal::{Bound, log_marginal};
+use super::marginal::{Bound, cut_at_nothing, log_marginal};
 use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;
+use super::timed::timed;
 use super::timing::{as_seen, shift_of};
+use crate::score::Candidate;
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, Normal, fit};
@@ -163,10 +165,11 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
 pub(super) fn fitted(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, contained: f64) -> Option<Model> {
     let tried = STARTS.iter().filter_map(|share| from(ground, set, begin, *share));
     let model = tried.into_iter().find(|model| model.objective < contained + FAILED)?;
-    Some(sharpened(ground, model))
+    Some(timed(ground, model))
 }
 
-fn from(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, share: f64) -> Option<Model> {
+/// Fits `set` from `begin` and a share of the screened amplitudes.
+pub(super) fn from(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, share: f64) -> Option<Model> {
     let (problem, own) = set_up(ground.session.problem, set, share)?;
     let known = |name: &str| begin.unknowns.iter().position(|unknown| unknown.name == name);
     let start: Vec<f64> = (problem.unknowns.iter().zip(own))
@@ -239,34 +242,29 @@ fn bounds(problem: &Problem, fit: &Fit, normal: &Normal) -> Vec<Bound> {
     .collect()
 }
 
-/// Ends of an amplitude's prior: zero where it has one sign. Its plausible range is no prior, else
-/// two names of one law would differ by their ranges.
-pub(super) fn cut_at_nothing(low: f64) -> [f64; 2] {
-    [if low == 0.0 { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY]
-}
-
-/// The same with signs smoothed over smaller rates, as long as the evidence rises.
-fn sharpened(ground: Ground<'_>, model: Model) -> Model {
+/// The same with signs smoothed over smaller rates, as long as the evidence rises: those of laws
+/// that are not `known`.
+pub(super) fn sharpened(ground: Ground<'_>, model: Model, known: &[Hypothesis]) -> Model {
     let mut best = model;
     for _ in 0..SHARPENINGS_MAX {
-        let Some(set) = sharper(&best.set) else { break };
-        let begin = best.begin();
-        let Some(found) = from(ground, &set, begin, 1.0) else { break };
-        if found.log_marginal <= best.log_marginal {
-            break;
+        let Some(set) = sharper(&best.set, known) else { break };
+        match from(ground, &set, best.begin(), 1.0) {
+            Some(found) if found.log_marginal > best.log_marginal => best = found,
+            _ => break,
         }
-        best = found;
     }
     best
 }
 
 /// `None`: no sign can be sharper.
-fn sharper(set: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+fn sharper(set: &[Hypothesis], known: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+    let is_known =
+        |own: &Candidate| known.iter().flat_map(Hypothesis::parts).any(|part| part.column.candidate.same_law(own));
     let mut set = set.to_vec();
     let mut any = false;
     for own in &mut set {
         let Hypothesis::Effect(parts) = own else { continue };
-        for candidate in parts.iter_mut().map(|part| &mut part.column.candidate) {
+        for candidate in parts.iter_mut().map(|part| &mut part.column.candidate).filter(|own| !is_known(own)) {
             let (Some(place), Some(smoothing)) =
                 (candidate.inner_with(Role::Smoothing), candidate.effect.with_role(Role::Smoothing))
             else {

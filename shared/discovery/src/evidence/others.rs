@@ -4,12 +4,17 @@
 //! A conflict has a closed form, as the pole of a channel has from the slope along it.
 
 use super::decide::{CONFLICT_FACTOR, POLE_PRIOR, SHIFT_SIGMA};
-use super::hypothesis::Hypothesis;
-use super::marginal::log_marginal;
+use super::hypothesis::{Hypothesis, name_of};
+use super::linear_evidence::linear_evidence;
 use super::noise::Linearly;
-use super::propose::{Look, Proposal};
-use super::timing::{SHIFTS, is_possible, shift_of, shifted};
-use identification::fit::EstimationSession;
+use super::propose::{Look, Proposal, columns_of};
+use super::screen::Rated;
+use super::timing::{ROOM, nearest};
+use crate::score::Candidate;
+use identification::filter::NoiseModel;
+
+/// Sets of laws that are evaluated with a shift of the inputs. A budget.
+const TIMED_MAX: usize = 3;
 
 impl Look<'_> {
     /// Channels whose innovations remember, by the slope along their poles; all of those together
@@ -37,29 +42,49 @@ impl Look<'_> {
         list
     }
 
-    /// Inputs shifted by the share of a sample that the linear problem asks for, where it asks for
-    /// one.
-    pub(super) fn timing(&self, bare: f64) -> Option<Proposal> {
-        if shift_of(&self.model.set).is_some() || !is_possible(&self.model.problem) {
-            return None;
-        }
-        let (plant, theta) = (&self.model.problem.plant, &self.model.fit.theta[..]);
-        let linearised = &self.model.fit.linearised;
-        let problem = shifted(&self.model.problem, SHIFT_SIGMA);
-        let session = EstimationSession { problem: &problem, ..self.session.clone() };
-        let session = session.in_parts(session.parts).ok()?;
-        let nu = session.innovations(plant, theta, &linearised.linears, &|_| true)?;
-        let change = linearised.nu.iter().zip(&nu).map(|(own, moved)| own - moved).collect();
-        let (extra, room) = ([change], [[-2.0, 2.0]]);
+    /// Inputs shifted by the share of a sample that the linear problem asks for.
+    pub(super) fn timing(&self, shift: &[f64], bare: f64) -> Option<Proposal> {
+        self.shifted_with(&[], &[], (&self.model.noise, shift, bare))
+    }
+
+    /// Of the laws that are proposed, the set that a shift of the inputs joins for more than the
+    /// price of a member: about a motion that lacks the laws the shift may be nothing, and a law
+    /// that is none may be fitted in its place.
+    pub(super) fn with_timing(&self, list: &[Proposal], (shift, bare, log_m): (&[f64], f64, f64)) -> Option<Proposal> {
+        let mut best: Vec<&Proposal> = list.iter().filter(|own| !own.instead).collect();
+        best.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        let of = |own: &&Proposal| {
+            let parts = own.set.iter().flat_map(Hypothesis::parts).map(|part| self.rated(&part.column.candidate));
+            let parts = parts.collect::<Option<Vec<&Rated>>>()?;
+            let found = self.shifted_with(&own.set, &parts, (&own.noise, shift, bare))?;
+            (found.log_bayes > own.log_bayes + log_m).then_some(found)
+        };
+        let all = best.iter().take(TIMED_MAX).filter_map(of);
+        all.max_by(|a, b| a.log_bayes.total_cmp(&b.log_bayes))
+    }
+
+    /// A set of laws and a shift of the inputs on the linear problem.
+    fn shifted_with(
+        &self,
+        laws: &[Hypothesis],
+        parts: &[&Rated],
+        (start, column, bare): (&NoiseModel, &[f64], f64),
+    ) -> Option<Proposal> {
+        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
+        let (mut extra, mut room) = columns_of(parts);
+        extra.push(column.to_vec());
+        room.push(ROOM);
         let linear = Linearly { session: self.session, linearised, theta, extra: &extra, room: &room };
-        let prior = self.model.prior(self.ground.session);
-        let noise = linear.settled(&self.model.noise, &prior)?.noise;
-        let normal = linear.normal(&noise)?;
-        let (_, x) = normal.least()?;
-        let value = log_marginal(&normal, &[])? + linear.log_width_expected(&noise, &prior)?;
-        let wanted = SHIFT_SIGMA * x[normal.unknowns];
-        let nearest = SHIFTS.iter().min_by(|a, b| (**a - wanted).abs().total_cmp(&(**b - wanted).abs()))?;
-        Some(Proposal { instead: false, set: vec![Hypothesis::Timing(*nearest)], log_bayes: value - bare, noise })
+        let found = linear_evidence(&linear, (start, &self.model.prior(self.ground.session)))?;
+        let shift = nearest(SHIFT_SIGMA * found.amplitudes.last()?);
+        let points: f64 = parts.iter().map(|own| own.part.log_points).sum();
+        let set = [laws, &[Hypothesis::Timing(shift)]].concat();
+        Some(Proposal { instead: false, set, log_bayes: found.value - points - bare, noise: found.noise })
+    }
+
+    /// As the screening rated a law.
+    fn rated(&self, candidate: &Candidate) -> Option<&Rated> {
+        self.screened.rated.iter().find(|own| name_of(&own.column.candidate) == name_of(candidate))
     }
 
     /// Parameters of the plant that a wider prior would move: with the likelihood of one number z

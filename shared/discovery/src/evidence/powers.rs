@@ -5,9 +5,9 @@
 //! model's noise and under the stated one, as the catalogue is (`screen`); the best are evaluated
 //! with the noise free again.
 
+use super::linear_evidence::linear_evidence;
 use super::model::{Ground, Model};
 use super::noise::{Linearly, NoisePrior};
-use super::propose::linear_evidence;
 use super::scale::Drive;
 use super::screen::{along_noise_free_loop, scaled_stated};
 use crate::score::{Instants, Lines, candidates, columns};

@@ -7,15 +7,18 @@
 use super::disturbed::Disturbed;
 use super::exact_columns;
 use super::hypothesis::{Hypothesis, Part};
-use super::marginal::{Bound, log_marginal, part_of};
-use super::model::{Ground, Model, cut_at_nothing, key};
+use super::linear_evidence::{bounds_of, linear_evidence};
+use super::marginal::{log_marginal, part_of};
+use super::model::{Ground, Model, key};
 use super::noise::{Linearly, NoisePrior};
 use super::pool::{BEAM, without_noise};
 use super::screen::{Rated, Screened};
+use super::timed;
+use super::timing::shift_of;
 use crate::score::Candidate;
 use dynamics::description::SiteKind;
 use identification::filter::NoiseModel;
-use identification::fit::{EstimationSession, Normal};
+use identification::fit::EstimationSession;
 
 /// Laws that are evaluated on the linear problem, and fits of singles, pairs, groups and others.
 /// Budgets.
@@ -72,16 +75,20 @@ pub(super) fn proposals(
     list.extend(look.pairs(bare, best + log_m));
     let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
     list.extend(worthy.by_ref().take(SINGLES_MAX));
+    let is_open = shift_of(&model.set).is_none();
+    let shift = if is_open { timed::column(&session, model) } else { None };
+    let late = shift.as_ref().and_then(|shift| look.with_timing(&list, (shift, bare, log_m)));
     let near = worthy.filter(|own| own.log_bayes > best - BEAM);
     let left = near.map(|own| key(&own.set, &model.problem)).collect();
     list.extend(relatives);
     list.extend(Disturbed { ground, session: &session, model }.proposals(bare));
     let mut others = look.coloured(log_m);
     others.extend(look.conflicts());
-    others.extend(look.timing(bare));
+    others.extend(shift.and_then(|shift| look.timing(&shift, bare)));
     others.extend(exact_columns::proposals(ground, &session, model, bare));
     others.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     list.extend(others.into_iter().filter(|own| own.log_bayes > WORTH).take(OTHERS_MAX));
+    list.extend(late);
     (list, left)
 }
 
@@ -233,28 +240,8 @@ impl Look<'_> {
     }
 }
 
-/// A linear problem with the noise free: its evidence, that noise, and what its columns have in
-/// standard deviations of their priors.
-pub(super) struct LinearEvidence {
-    pub value: f64,
-    pub noise: NoiseModel,
-    pub amplitudes: Vec<f64>,
-}
-
-/// The evidence of a linear problem, its noise searched from `start`.
-pub(super) fn linear_evidence(
-    linear: &Linearly<'_>,
-    (start, prior): (&NoiseModel, &NoisePrior),
-) -> Option<LinearEvidence> {
-    let noise = linear.settled(start, prior)?.noise;
-    let normal = linear.normal(&noise)?;
-    let (_, mut x) = normal.least()?;
-    let value = log_marginal(&normal, &bounds_of(&normal))? + linear.log_width_expected(&noise, prior)?;
-    Some(LinearEvidence { value, noise, amplitudes: x.split_off(normal.unknowns) })
-}
-
 /// Columns per standard deviation of their priors, and their room.
-fn columns_of(parts: &[&Rated]) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
+pub(super) fn columns_of(parts: &[&Rated]) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
     let (mut extra, mut room) = (Vec::new(), Vec::new());
     for own in parts {
         for (direction, raw) in own.column.raw.iter().enumerate() {
@@ -263,11 +250,4 @@ fn columns_of(parts: &[&Rated]) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
         }
     }
     (extra, room)
-}
-
-/// Of unknowns and columns whose range is felt; columns stand at nothing.
-fn bounds_of(normal: &Normal) -> Vec<Bound> {
-    let felt = normal.room.iter().enumerate().skip(normal.unknowns);
-    let felt = felt.filter(|(_, room)| room.iter().any(|end| end.abs() < 1e3));
-    felt.map(|(place, room)| Bound { place, room: *room, prior: cut_at_nothing(room[0]) }).collect()
 }

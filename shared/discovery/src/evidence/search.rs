@@ -12,13 +12,14 @@ use super::alias::apart;
 use super::decide::{LEVEL, PRIOR_ODDS, SAME};
 use super::disturbed::of_disturbances;
 use super::exact::exact;
-use super::hypothesis::{Hypothesis, InnerPrior, unknown_of};
-use super::model::{Ground, Model, fitted, key, settled};
+use super::hypothesis::Hypothesis;
+use super::model::{Ground, Model, fitted, key, settled, sharpened};
 use super::noise::unstated;
 use super::pool::{BEAM, Cost, Entry, Open, Pool, without_noise};
 use super::predict::predicted;
-use super::propose::{Proposal, proposals};
+use super::propose::{Proposal, WORTH, proposals};
 use super::screen::screen;
+use super::starts::{at_starts, fitted_numbers, starts};
 use super::timing::shift_of;
 use crate::diagnose::Options;
 use crate::outline::{FITTED_SET_ROUNDS, Outline};
@@ -27,8 +28,6 @@ use std::collections::BTreeSet;
 
 /// Models that are expanded at most. A budget.
 const EXPANSIONS_MAX: usize = 8;
-/// Standard errors of a frequency or an order from which another start is another maximum.
-const MODE_SIGMA: f64 = 5.0;
 /// Parts of a step of integration at most, and change of an evidence from which steps are halved:
 /// one nat, as [`SAME`].
 const PARTS_MAX: usize = 8;
@@ -95,7 +94,10 @@ impl Pool {
         let other = options.held_out.as_ref();
         let held_out = other.and_then(|other| predicted(ground, other, &model, bare));
         let is_lost = self.entries.first().is_some_and(|entry| entry.held_out.is_some()) && held_out.is_none();
-        self.entries.push(Entry { model, held_out, expanded: false, rejected: is_lost });
+        let class = model.key();
+        let mut entry = Entry { model, held_out, expanded: false, rejected: is_lost, class };
+        entry.class = self.twin(ground, &entry).unwrap_or(entry.class);
+        self.entries.push(entry);
         self.reject_supersets();
     }
 
@@ -106,6 +108,18 @@ impl Pool {
         for Proposal { set, noise, .. } in of_disturbances(ground, &bare) {
             self.fit(ground, &set, (&bare, &noise), bare.objective, options);
         }
+    }
+
+    /// Class of a model of as many members that is the same on the record, and has as much
+    /// evidence.
+    fn twin(&self, ground: Ground<'_>, entry: &Entry) -> Option<String> {
+        let score = self.score(entry);
+        let is_twin = |other: &&Entry| {
+            other.model.set.len() == entry.model.set.len()
+                && (self.score(other) - score).abs() < 0.5 * SAME
+                && apart(ground, &entry.model, &other.model).is_some_and(|apart| apart < SAME)
+        };
+        self.entries.iter().find(is_twin).map(|other| other.class.clone())
     }
 
     /// Held-out data reject a set for any part of it that they do not reject.
@@ -125,8 +139,8 @@ impl Pool {
         }
     }
 
-    /// Fits what is proposed about an entry, and the entry without each of its members; `false`
-    /// where work ended before.
+    /// Fits what is proposed about an entry: what promises something, then the entry without each of
+    /// its members, then what promises nothing; `false` where work ended before.
     fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) -> bool {
         self.entries[place].expanded = true;
         let begun = ground.session.work.spent();
@@ -139,36 +153,44 @@ impl Pool {
             let numbers = numbers + exact(&model.problem.plant).len() + unstated(ground.session).count();
             self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
         }
-        let (list, left) = proposals(ground, &model, &screened, self.log_m);
+        let (list, beyond) = proposals(ground, &model, &screened, self.log_m);
         self.looks.add(ground.session.work.spent() - begun);
-        let count = list.len();
-        for (left, Proposal { set, noise, instead, .. }) in (1..=list.len()).rev().zip(list) {
-            self.plan(ground.session, (place, left, count));
-            let before = self.entries.len();
-            let kept = if instead { without_noise(&model.set) } else { model.set.clone() };
-            let joined = [&kept[..], &set].concat();
-            // inputs at another time hold none of what is fitted
-            let is_part = !instead && shift_of(&set).is_none();
-            let contained = if is_part { model.objective } else { f64::INFINITY };
-            is_whole &= self.fit(ground, &joined, (&model, &noise), contained, options);
-            // the set, not its laws: what else is missing turns the estimate of a right law
-            if let Some(entry) = self.entries.get(before).filter(|entry| entry.rejected) {
-                self.open.push(Open { what: entry.model.key(), why: "held-out data reject it" });
-            }
+        let (promising, others): (Vec<Proposal>, Vec<Proposal>) =
+            list.into_iter().partition(|own| own.log_bayes > WORTH);
+        let count = promising.len() + others.len();
+        let mut left = (1..=count).rev();
+        for own in promising {
+            self.plan(ground.session, (place, left.next().unwrap_or(0), count));
+            is_whole &= self.propose(ground, &model, own, options);
         }
-        let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
-        let left: Vec<Open> = left.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
-        self.open.extend(left);
-        let white = without_noise(&model.set);
-        if white.len() < model.set.len() {
-            is_whole &= self.fit(ground, &white, (&model, &model.noise), f64::INFINITY, options);
-        }
-        for gone in 0..model.set.len() {
-            let mut set = model.set.clone();
-            set.remove(gone);
+        for set in smaller(&model.set) {
             is_whole &= self.fit(ground, &set, (&model, &model.noise), f64::INFINITY, options);
         }
+        for own in others {
+            self.plan(ground.session, (place, left.next().unwrap_or(0), count));
+            is_whole &= self.propose(ground, &model, own, options);
+        }
+        let beyond = beyond.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
+        let beyond: Vec<Open> = beyond.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
+        self.open.extend(beyond);
         is_whole
+    }
+
+    /// Fits what is proposed about an entry; `false` where work does not allow it.
+    fn propose(&mut self, ground: Ground<'_>, model: &Model, own: Proposal, options: &Options) -> bool {
+        let Proposal { set, noise, instead, .. } = own;
+        let before = self.entries.len();
+        let kept = if instead { without_noise(&model.set) } else { model.set.clone() };
+        let joined = [&kept[..], &set].concat();
+        // inputs at another time hold none of what is fitted
+        let is_part = !instead && shift_of(&set).is_none();
+        let contained = if is_part { model.objective } else { f64::INFINITY };
+        let is_done = self.fit(ground, &joined, (model, &noise), contained, options);
+        // the set, not its laws: what else is missing turns the estimate of a right law
+        if let Some(entry) = self.entries.get(before).filter(|entry| entry.rejected) {
+            self.open.push(Open { what: entry.model.key(), why: "held-out data reject it" });
+        }
+        is_done
     }
 
     /// Plans the `left` ones of `count` fits about an entry; of the first one as much again about
@@ -196,7 +218,8 @@ impl Pool {
         let (name, work) = (key(set, ground.session.problem), &ground.session.work);
         let starts = starts(set, from);
         let again = self.seen.contains(&name).then(|| at_starts(&name, &starts));
-        let is_new = again.as_ref().is_none_or(|own| !self.seen.contains(own) && self.is_another_mode(&name, &starts));
+        let is_new =
+            again.as_ref().is_none_or(|own| !self.seen.contains(own) && self.is_another_maximum(&name, &starts));
         if !is_new {
             return true;
         }
@@ -207,10 +230,17 @@ impl Pool {
         let begun = work.spent();
         let begin = super::model::Begin { noise, ..from.begin() };
         let found = fitted(ground, set, begin, contained).or_else(|| fitted(ground, set, from.begin(), contained));
+        // a set that is behind what it was proposed about is not worth signs as sharp as can be:
+        // each costs several times the last
+        let evidence = |model: &Model| model.log_marginal - self.log_m * model.set.len() as f64;
+        let found = found.map(|own| {
+            let known = if evidence(&own) > evidence(from) { &[] } else { &from.set[..] };
+            sharpened(ground, own, known)
+        });
         match (found, again) {
             (Some(model), None) => self.enter(ground, model, options),
             // one mode counts once
-            (Some(model), Some(_)) if self.is_another_mode(&name, &fitted_numbers(&model)) => {
+            (Some(model), Some(_)) if self.is_another_maximum(&name, &fitted_numbers(&model)) => {
                 self.enter(ground, model, options);
             }
             (Some(_), _) => {}
@@ -218,17 +248,6 @@ impl Pool {
         }
         self.fits.add(work.spent() - begun);
         true
-    }
-
-    /// All fits of the set that are in the pool are far from these frequencies and orders.
-    fn is_another_mode(&self, name: &str, numbers: &[SearchedNumber]) -> bool {
-        let own = self.entries.iter().filter(|entry| entry.model.key() == name);
-        let known: Vec<Vec<SearchedNumber>> = own.map(|entry| fitted_numbers(&entry.model)).collect();
-        let is_far = |other: &SearchedNumber| {
-            let own = numbers.iter().find(|own| own.name == other.name);
-            own.is_some_and(|own| (own.value - other.value).abs() > MODE_SIGMA * other.sigma)
-        };
-        !numbers.is_empty() && known.iter().all(|mode| mode.iter().any(is_far))
     }
 
     /// The evidence of the leader over its nearest rival changes by more than a nat as steps are
@@ -287,46 +306,12 @@ impl Pool {
     }
 }
 
-/// A frequency or an order of a set, by the name of its unknown.
-struct SearchedNumber {
-    name: String,
-    value: f64,
-    sigma: f64,
-}
-
-fn searched_numbers(set: &[Hypothesis]) -> impl Iterator<Item = (String, f64)> {
-    set.iter().flat_map(Hypothesis::parts).flat_map(|part| {
-        let all = part.inner.iter().filter(|(_, prior)| matches!(prior, InnerPrior::LogUniform(_)));
-        all.filter_map(|(name, _)| {
-            let candidate = &part.column.candidate;
-            let (_, value) = candidate.inner.iter().find(|(own, _)| own == name)?;
-            Some((unknown_of(candidate, name), *value))
-        })
-    })
-}
-
-/// As they were fitted.
-fn fitted_numbers(model: &Model) -> Vec<SearchedNumber> {
-    let all = searched_numbers(&model.set).filter_map(|(name, _)| {
-        let at = model.problem.unknowns.iter().position(|unknown| unknown.parameter == name)?;
-        Some(SearchedNumber { name, value: model.fit.theta[at], sigma: model.fit.sigma[at] })
-    });
-    all.collect()
-}
-
-/// As a fit that begins at `from` begins at them.
-fn starts(set: &[Hypothesis], from: &Model) -> Vec<SearchedNumber> {
-    let known = fitted_numbers(from);
-    let start = |(name, value): (String, f64)| {
-        let value = known.iter().find(|own| own.name == name).map_or(value, |own| own.value);
-        SearchedNumber { name, value, sigma: 0.0 }
-    };
-    searched_numbers(set).map(start).collect()
-}
-
-/// The key of a set from these starts, to a percent of each.
-fn at_starts(name: &str, starts: &[SearchedNumber]) -> String {
-    starts.iter().fold(name.to_owned(), |key, own| format!("{key} at {:.2e}", own.value))
+/// A set without all noise that is not stated, where it has some, and without each of its members.
+fn smaller(set: &[Hypothesis]) -> Vec<Vec<Hypothesis>> {
+    let white = without_noise(set);
+    let without = |gone: usize| [&set[..gone], &set[gone + 1..]].concat();
+    let is_noisy = white.len() < set.len();
+    is_noisy.then_some(white).into_iter().chain((0..set.len()).map(without)).collect()
 }
 
 /// The sets differ in one law, of which the one in `theirs` is a limit of the one in `ours`.

@@ -54,6 +54,15 @@ pub(super) fn shifted(problem: &Problem, shift: f64) -> Problem {
     problem
 }
 
+/// Room of a shift [prior standard deviations]: a sample either way, and what noise adds.
+pub(super) const ROOM: [f64; 2] = [-2.0, 2.0];
+
+/// The share that is fitted nearest to one.
+pub(super) fn nearest(shift: f64) -> f64 {
+    let near = SHIFTS.iter().min_by(|a, b| (**a - shift).abs().total_cmp(&(**b - shift).abs()));
+    near.copied().unwrap_or(shift)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

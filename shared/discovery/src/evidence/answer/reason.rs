@@ -3,7 +3,8 @@
 use super::Shown;
 use crate::diagnose::Verdict;
 use crate::evidence::decide::LEVEL;
-use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::hypothesis::{Hypothesis, SHIFTED_INPUTS};
+use crate::evidence::timing::shift_of;
 
 /// Probability from which a sentence names what else may be.
 const INSTEAD: f64 = 0.05;
@@ -11,7 +12,8 @@ const INSTEAD: f64 = 0.05;
 impl Shown<'_> {
     pub(super) fn reason(&self) -> String {
         let leader = &self.leader().model;
-        let key = leader.key();
+        let later = |shift: f64| leader.key().replace(SHIFTED_INPUTS, &format!("inputs later by {shift} samples"));
+        let key = shift_of(&leader.set).map_or_else(|| leader.key(), later);
         let odds = self.pool.log_odds(self.decision.leader);
         let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
         let reason = match self.verdict() {
