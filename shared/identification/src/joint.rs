@@ -227,4 +227,6 @@ mod alone_tests;
 #[cfg(test)]
 mod base_tests;
 #[cfg(test)]
+mod optima_tests;
+#[cfg(test)]
 mod tests;

@@ -17,6 +17,7 @@ pub fn plant(name: &str) -> Plant {
         "hub_appendage" => include_str!("../../../deploy/plants/hub_appendage.toml"),
         "study_case" => include_str!("../../../deploy/plants/study_case.toml"),
         "damper_rig" => include_str!("../../../deploy/plants/damper_rig.toml"),
+        "fuel" => include_str!("../../../tests/data/craft/fuel.toml"),
         "ball_drop" => include_str!("../../../deploy/plants/rigs/ball_drop.toml"),
         "six_joint_arm" => include_str!("../../../deploy/plants/rigs/six_joint_arm.toml"),
         other => panic!("no plant {other}"),

@@ -19,7 +19,7 @@ const CHI2_PER_ROW_NEAR: f64 = 2.0;
 /// Halvings of an arc to its shortest window.
 const WINDOW_HALVINGS_MAX: u32 = 8;
 /// Sets of sensitivities of a window, and of the last passes over all arcs.
-const ROUNDS_OF_A_WINDOW: usize = 3;
+pub(super) const ROUNDS_OF_A_WINDOW: usize = 3;
 pub(super) const ROUNDS_OF_ALL: usize = 8;
 /// Squared distance of two maxima, for each unknown, below which steps of integration are short
 /// enough: a tenth of a standard deviation rms, as far as the iteration itself is off.
@@ -79,8 +79,8 @@ pub fn identify(vehicle: &Vehicle<'_>, progress: &mut dyn FnMut(Option<&str>, f6
 }
 
 impl Vehicle<'_> {
-    /// Hears one arc through growing windows, and once more where that ends in conflict with what
-    /// is `known`; what it says where `theta` has moved to.
+    /// Hears one arc through growing windows, and from other starts where there may be another
+    /// maximum; what it says where `theta` has moved to.
     pub(super) fn heard(
         &self,
         arc: usize,
@@ -88,22 +88,27 @@ impl Vehicle<'_> {
         theta: &mut Vec<f64>,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Message, JointError> {
-        let message = self.through_windows(arc, known, theta, progress)?;
+        let message = self.through_windows(arc, known, theta, &self.free_of(arc), progress)?;
         let (moved, message) = self.restarted(arc, known, (core::mem::take(theta), message));
         *theta = moved;
         Ok(message)
     }
 
-    /// Hears one arc through growing windows; what it says where `theta` has moved to.
-    fn through_windows(
+    /// Those that the arc has; the others keep their values.
+    pub(super) fn free_of(&self, arc: usize) -> Vec<bool> {
+        (0..self.unknowns.len()).map(|unknown| self.places[arc].contains(&unknown)).collect()
+    }
+
+    /// Hears one arc through growing windows of which the unknowns `free` are estimated; what it says
+    /// where `theta` has moved to.
+    pub(super) fn through_windows(
         &self,
         arc: usize,
         known: &Knowledge,
         theta: &mut Vec<f64>,
+        free: &[bool],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Message, JointError> {
-        let mut free = vec![false; self.unknowns.len()];
-        self.places[arc].iter().for_each(|at| free[*at] = true);
         let first = self.first_window(arc, theta);
         // a window costs as much as it lasts
         let length = |halvings: u32| libm::ldexp(1.0, -(halvings as i32));
@@ -116,7 +121,7 @@ impl Vehicle<'_> {
             };
             let session = own.as_ref().unwrap_or(&self.sessions[arc]);
             let part = Part { session, places: &self.places[arc], arc };
-            let stage = Stage { unknowns: &self.unknowns, parts: vec![part], before: known, free: free.clone() };
+            let stage = Stage { unknowns: &self.unknowns, parts: vec![part], before: known, free: free.to_vec() };
             let mut shown = |share: f64| progress((done + share * length(halvings)) / all);
             let ended = stage.maximise(theta.clone(), ROUNDS_OF_A_WINDOW, &mut shown);
             let mut ended = ended.map_err(|found| self.failed(found))?;
