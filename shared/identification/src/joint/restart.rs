@@ -36,14 +36,14 @@ impl Vehicle<'_> {
     /// Where arc `arc` has ended at `first`, or where it ends from another start, if that is more
     /// probable.
     ///
-    /// Cost: two linearisations without sensitivities for each combination, and for each of the six
-    /// starts at most as much as a hearing or two.
+    /// Cost: two linearisations without sensitivities for each combination; with starts, for the
+    /// first end and each of the six at most as much as a hearing or two.
     pub(super) fn restarted(&self, arc: usize, known: &Knowledge, first: Heard) -> Heard {
-        if self.work.is_stopped() {
-            return first;
-        }
-        let Some(model) = known.with([&first.1], &deviations(&self.unknowns, &first.0)) else { return first };
-        let starts = self.other_starts(arc, known, &model, &first).unwrap_or_default();
+        let starts = if self.work.is_stopped() { None } else { self.other_starts(arc, known, &first) };
+        let Some(starts) = starts.filter(|starts| !starts.is_empty()) else { return first };
+        // ends are compared where they ended: the way down from the first one may not be over
+        let first = self.heard_whole(arc, known, first.0.clone(), ROUNDS_OF_ALL).unwrap_or(first);
+        let Some(model) = self.model(known, &first) else { return first };
         let going_on = starts.into_iter().take_while(|_| !self.work.is_stopped());
         going_on.filter_map(|start| self.heard_elsewhere(arc, known, &model, start).ok()).fold(first, |best, other| {
             let is_higher = self.objective(known, &other) < self.objective(known, &best);
@@ -51,11 +51,16 @@ impl Vehicle<'_> {
         })
     }
 
+    /// The normal law about an end.
+    fn model(&self, known: &Knowledge, (theta, message): &Heard) -> Option<Knowledge> {
+        known.with([message], &deviations(&self.unknowns, theta))
+    }
+
     /// Starts on either side of what is `known`, along the least known combinations that bend.
-    fn other_starts(&self, arc: usize, known: &Knowledge, model: &Knowledge, first: &Heard) -> Option<Vec<Vec<f64>>> {
+    fn other_starts(&self, arc: usize, known: &Knowledge, first: &Heard) -> Option<Vec<Vec<f64>>> {
         let on_both_sides = |of: &DVector<f64>, by: &DVector<f64>| [self.values(&(of - by)), self.values(&(of + by))];
         let d = deviations(&self.unknowns, &first.0);
-        let reached = self.objective(known, first);
+        let (reached, model) = (self.objective(known, first), self.model(known, first)?);
         // of the parabola about the end, so often its rise is that of the objective
         let is_of_the_parabola = |at: &Vec<f64>| {
             let promised = model.chi2(&deviations(&self.unknowns, at)) - model.chi2(&d);

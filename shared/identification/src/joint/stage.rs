@@ -58,6 +58,7 @@ impl Stage<'_> {
         let mut damping = Damping::on_failure();
         let mut shown = |round: usize, share: f64| progress((round as f64 + share) / (rounds + 1) as f64);
         let mut point = self.point(&theta, &mut |share| shown(0, share))?;
+        let mut lowest = point.ended(&theta);
         let mut converged = false;
         let enough = CONVERGED_PER_UNKNOWN * self.free.iter().filter(|free| **free).count() as f64;
         'rounds: for round in 0..rounds {
@@ -66,6 +67,12 @@ impl Stage<'_> {
                     Ok(fresh) => point = fresh,
                     Err(_) => break,
                 }
+                // steps descend along one linear model; about their end the objective may be higher
+                if point.objective > lowest.objective + enough {
+                    theta.iter_mut().zip(&lowest.theta).for_each(|(t, low)| *t = 0.5 * (*t + low));
+                    continue;
+                }
+                lowest = point.ended(&theta);
             }
             let mut taken = 0.0;
             for inner in 0..INNER_STEPS {
@@ -99,8 +106,12 @@ impl Stage<'_> {
                 break;
             }
         }
-        let last = &mut |share| shown(rounds, share);
-        let messages = if converged || self.is_stopped() { point.messages } else { self.point(&theta, last)?.messages };
+        if converged || self.is_stopped() {
+            return Ok(Ended { theta, messages: point.messages, converged });
+        }
+        let last = self.point(&theta, &mut |share| shown(rounds, share))?;
+        let End { theta, messages, .. } =
+            if last.objective > lowest.objective + enough { lowest } else { last.ended(&theta) };
         Ok(Ended { theta, messages, converged })
     }
 
@@ -211,7 +222,19 @@ impl Stage<'_> {
     }
 }
 
+/// A point without its linear models.
+struct End {
+    theta: Vec<f64>,
+    messages: Vec<Message>,
+    objective: f64,
+}
+
 impl Point {
+    /// Before a step from it, which is at `theta`.
+    fn ended(&self, theta: &[f64]) -> End {
+        End { theta: theta.to_vec(), messages: self.messages.clone(), objective: self.objective }
+    }
+
     /// Exchanges the innovations of all parts for others.
     fn exchange(&mut self, innovations: &mut [Vec<f64>]) {
         for (linearised, nu) in self.linearised.iter_mut().zip(innovations) {
