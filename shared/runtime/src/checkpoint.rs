@@ -61,9 +61,15 @@ pub struct CheckpointParts<'a> {
     /// As [`Checkpoint::outbox`].
     pub outbox: Entries<'a>,
     /// As [`Checkpoint::state`].
+    #[serde(serialize_with = "as_bytes")]
     pub state: &'a [u8],
     /// As [`Checkpoint::journal`].
     pub journal: u64,
+}
+
+/// As one piece: the bytes in the file are those of a sequence, which would be written one by one.
+pub(crate) fn as_bytes<S: serde::Serializer>(bytes: impl AsRef<[u8]>, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_bytes(bytes.as_ref())
 }
 
 /// The entries of an outbox, in the order in which they were sent.
@@ -233,8 +239,10 @@ impl Store {
     fn write(&self, slot: usize, bytes: usize) -> Result<(), CheckpointError> {
         let path = &self.slots[slot];
         let fail = |error: std::io::Error| CheckpointError { path: path.clone(), reason: error.to_string() };
-        let mut file = fs::File::create(path).map_err(fail)?;
-        file.write_all(&self.buffer[..bytes]).map_err(fail)
+        // Over the slot's old bytes: to give its pages back and to take new ones costs as much as to fill
+        // them. The length is the last to change, and what is cut off before that fails its check.
+        let mut file = fs::File::options().create(true).truncate(false).write(true).open(path).map_err(fail)?;
+        file.write_all(&self.buffer[..bytes]).and_then(|()| file.set_len(bytes as u64)).map_err(fail)
     }
 }
 
@@ -259,7 +267,7 @@ fn parse_slot(bytes: &[u8]) -> Option<(u64, &[u8])> {
     let (head, body) = bytes.split_at_checked(HEAD_BYTES)?;
     let word = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
     let half = |at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?));
-    // The length first: most cuts end there, and the generation is a hash over all topics.
+    // The length first: most cuts end there.
     let whole = &head[..8] == MAGIC
         && word(20)? == body.len() as u64
         && half(8)? == telemetry::generation()
@@ -304,6 +312,45 @@ mod tests {
         }
         std::fs::write(&path, &whole).unwrap();
         assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&newer));
+    }
+
+    #[test]
+    fn new_bytes_over_old_ones_up_to_any_byte_leave_the_checkpoint_before() {
+        let folder = Folder::new("over");
+        let of = |frames, bytes| Checkpoint { frames, state: vec![frames as u8; bytes], ..Checkpoint::default() };
+        let (oldest, older, newest) = (of(25, 90), of(50, 40), of(75, 40));
+        let mut store = Store::new(&folder.0, "any");
+        store.save(&oldest).unwrap();
+        let path = folder.0.join("any.1");
+        let below = std::fs::read(&path).unwrap();
+        store.save(&older).unwrap();
+        store.save(&newest).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        assert!(whole.len() < below.len(), "the slot has shrunk with its checkpoint");
+        assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&newest));
+        // Killed before the new length: the head of the newest over the tail of the oldest.
+        for cut in 0..=whole.len() {
+            std::fs::write(&path, [&whole[..cut], &below[cut..]].concat()).unwrap();
+            assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&older), "cut at byte {cut}");
+        }
+    }
+
+    #[test]
+    fn a_partition_writes_the_bytes_of_the_checkpoint_that_a_restart_reads() {
+        let outbox = crate::outbox::Outbox::from_entries(Vec::new(), 20);
+        let checkpoint = Checkpoint { frames: 25, state: (0..300).map(|k| k as u8).collect(), ..Checkpoint::default() };
+        let parts = super::CheckpointParts {
+            frames: checkpoint.frames,
+            ended: false,
+            given_up: &[],
+            seq: &checkpoint.seq,
+            cursors: checkpoint.cursors,
+            orders: &checkpoint.orders,
+            outbox: super::Entries(&outbox),
+            state: &checkpoint.state,
+            journal: 0,
+        };
+        assert_eq!(postcard::to_stdvec(&parts).unwrap(), postcard::to_stdvec(&checkpoint).unwrap());
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub struct Entry {
     pub frame: u64,
     /// Topic it was sent on.
     pub topic: TopicId,
+    #[serde(serialize_with = "crate::checkpoint::as_bytes")]
     trimmed: Vec<u8>,
 }
 

@@ -7,6 +7,8 @@
 //! restarted consumer finds what it missed. The layout hash travels as a service attribute, because
 //! iceoryx2 itself compares only name, size and alignment.
 
+mod services;
+
 use crate::link::{Link, LinkError};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
@@ -15,25 +17,15 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::prelude::{
-    AttributeSpecifier, FileName, MessagingPattern, Path as IoxPath, SemanticString, ServiceName, SignalHandlingMode,
-    ipc, set_log_level,
-};
-use iceoryx2::service::Service as _;
-use iceoryx2::service::builder::event::EventOpenError;
-use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
+use iceoryx2::prelude::{FileName, Path as IoxPath, SemanticString, SignalHandlingMode, ipc, set_log_level};
 use iceoryx2::service::port_factory::event::PortFactory as EventFactory;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as SampleFactory;
+use services::{sample_service, wake_service};
 use std::fmt::Debug;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use telemetry::{PartitionId, Sample, Stamps, TOPICS, Topic, TopicId, TopicInfo, TopicVisitor, for_each_topic};
 
-const LAYOUT_KEY: &str = "layout";
-/// Over the whole topic table and every list of codes: samples index topics by number.
-const GENERATION_KEY: &str = "generation";
-/// Every process of a run, the console's tools and dead ones that are not buried yet.
-const NODES_MAX: usize = 20;
 const CREATE_RETRY: Duration = Duration::from_secs(3);
 
 type Service = ipc::Service;
@@ -260,75 +252,6 @@ impl PortsBuilder<'_> {
             .transpose()
             .map_err(fail("subscriber"))?;
         Ok(TypedPorts { _service: service, publisher, subscriber })
-    }
-}
-
-fn sample_service<T: Sample>(
-    node: &Node<Service>,
-    info: &'static TopicInfo,
-    role: Role,
-) -> Result<SampleFactory<Service, T, Stamps>, LinkError> {
-    let fail = |operation, reason| LinkError::Transport { topic: info.name, operation, reason };
-    let name: ServiceName =
-        format!("obs/{}", info.name).as_str().try_into().map_err(|error| fail("name", text(error)))?;
-    let hashes = [(LAYOUT_KEY, info.layout), (GENERATION_KEY, telemetry::generation())];
-    if role == Role::Creates {
-        let mut attributes = AttributeSpecifier::new();
-        for (key, hash) in hashes {
-            let key = key.try_into().map_err(|error| fail("attribute", text(error)))?;
-            let value = format!("{hash:08x}").as_str().try_into().map_err(|error| fail("attribute", text(error)))?;
-            attributes = attributes.define(&key, &value).map_err(|error| fail("attribute", text(error)))?;
-        }
-        return node
-            .service_builder(&name)
-            .publish_subscribe::<T>()
-            .user_header::<Stamps>()
-            .enable_safe_overflow(true)
-            .history_size(info.depth)
-            .subscriber_max_buffer_size(info.depth)
-            .subscriber_max_borrowed_samples(2)
-            .max_subscribers(PartitionId::COUNT + 2)
-            .max_publishers(if info.producers == "all" { PartitionId::COUNT + 1 } else { 1 })
-            .max_nodes(NODES_MAX)
-            .create_with_attributes(&attributes)
-            .map_err(|error| fail("create", text(error)));
-    }
-    // Read before opening: a sample of another size cannot be opened, and its hash is what the
-    // operator needs.
-    let details = Service::details(&name, node.config(), MessagingPattern::PublishSubscribe);
-    let details =
-        details.map_err(|error| fail("details", text(error)))?.ok_or(LinkError::Vanished { topic: info.name })?;
-    for (key, ours) in hashes {
-        let name = key.try_into().map_err(|error| fail("attribute", text(error)))?;
-        let value = details.static_details.attributes().key_value(&name, 0);
-        let theirs =
-            value.map_or(format!("no {key}"), |value| format!("{key} {}", String::from_utf8_lossy(value.as_bytes())));
-        if theirs != format!("{key} {ours:08x}") {
-            return Err(LinkError::Layout { topic: info.name, what: key, ours, theirs });
-        }
-    }
-    let builder = node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>();
-    builder.open().map_err(|error| match error {
-        PublishSubscribeOpenError::DoesNotExist | PublishSubscribeOpenError::IsMarkedForDestruction => {
-            LinkError::Vanished { topic: info.name }
-        }
-        error => fail("open", text(error)),
-    })
-}
-
-fn wake_service(node: &Node<Service>, of: PartitionId, role: Role) -> Result<EventFactory<Service>, LinkError> {
-    let fail = |operation, reason| LinkError::Transport { topic: "wake", operation, reason };
-    let name: ServiceName = format!("obs/wake/{of}").as_str().try_into().map_err(|error| fail("name", text(error)))?;
-    let builder =
-        node.service_builder(&name).event().max_listeners(4).max_notifiers(PartitionId::COUNT + 4).max_nodes(NODES_MAX);
-    match role {
-        Role::Creates => builder.create().map_err(|error| fail("create", text(error))),
-        Role::Opens => node.service_builder(&name).event().open().map_err(|error| match error {
-            EventOpenError::DoesNotExist | EventOpenError::IsMarkedForDestruction => {
-                LinkError::Vanished { topic: "wake" }
-            }
-            error => fail("open", text(error)),
-        }),
     }
 }
 
