@@ -104,8 +104,9 @@ fn lines(row: &PartitionRow, own: &PartitionLimits) -> Vec<Line> {
     ]
 }
 
+/// Behind the start, which no period pays for.
 fn cpu_percent(row: &PartitionRow) -> f64 {
-    100.0 * row.usage.run_s / row.wall_s.max(1e-3)
+    100.0 * row.cpu_s / row.wall_s.max(1e-3)
 }
 
 fn wait_percent(row: &PartitionRow) -> f64 {
@@ -135,6 +136,7 @@ fn object(flown_s: f64, rows: &[(PartitionRow, Vec<Line>)]) -> Value {
         json!({
             "name": row.name, "restarts": row.restarts,
             "cpu_run_percent": cpu_percent(row), "cpu_wait_percent": wait_percent(row),
+            "start_cpu_ms": 1e3 * row.start_cpu_s,
             "frame_us": {
                 "p50": times.frame.percentile_us(0.5), "p99": times.frame.percentile_us(0.99),
                 "p999": times.frame.percentile_us(0.999), "max": times.frame.max_us(),
@@ -166,7 +168,7 @@ fn table(flown_s: f64, rows: &[(PartitionRow, Vec<Line>)], bar: &str) -> String 
     let is_markdown = bar.contains('|');
     let head =
         ["partition", "CPU %", "wait %", "frame p50 [us]", "p99", "max", "misses", "jitter p99 [us]", "RSS [MB]"];
-    let more = ["fd", "faults", "switches", "allocations", "kB/s", "margin %", "verdict"];
+    let more = ["start CPU [ms]", "fd", "faults", "switches", "allocations", "kB/s", "margin %", "verdict"];
     let head: Vec<String> = head.into_iter().chain(more).map(String::from).collect();
     let mut cells = vec![head];
     for (row, lines) in rows {
@@ -181,6 +183,7 @@ fn table(flown_s: f64, rows: &[(PartitionRow, Vec<Line>)], bar: &str) -> String 
             times.deadline_misses.to_string(),
             format!("{:.0}", times.jitter.percentile_us(0.99)),
             format!("{:.1}", usage.rss_max_kb as f64 / 1024.0),
+            format!("{:.0}", 1e3 * row.start_cpu_s),
             usage.descriptors.to_string(),
             usage.major_faults.to_string(),
             (usage.voluntary_switches + usage.involuntary_switches).to_string(),

@@ -42,9 +42,12 @@ pub struct PartitionRow {
     pub duplicates: u64,
     /// Samples dropped for CRC, layout or a value that is not finite.
     pub bad: u64,
-    /// Processor time \[s\].
+    /// Processor time behind the starts \[s\].
     pub cpu_s: f64,
-    /// Wall time in which a process of it lived \[s\].
+    /// Processor time of the starts \[s\].
+    #[serde(default)]
+    pub start_cpu_s: f64,
+    /// Wall time in which a process of it lived, behind the starts \[s\].
     pub wall_s: f64,
     /// Longest execution of a frame \[µs\].
     pub frame_us_max: f64,
@@ -95,9 +98,12 @@ pub struct LifeFigures {
     pub counters: Counters,
     /// Frames done, over all lives so far.
     pub frames: u64,
-    /// Processor time of this life \[s\].
+    /// Processor time of this life behind its start \[s\].
     pub cpu_s: f64,
-    /// Length of this life \[s\].
+    /// Processor time of its start \[s\].
+    #[serde(default)]
+    pub start_cpu_s: f64,
+    /// Length of this life behind its start \[s\].
     pub wall_s: f64,
     /// End of the first frame whose samples were sent in this life (`CLOCK_MONOTONIC`) \[ns\].
     pub fresh_ns: Option<u64>,
@@ -118,6 +124,7 @@ impl LifeFigures {
         self.epoch = later.epoch;
         (self.counters, self.frames) = (later.counters, later.frames);
         self.cpu_s += later.cpu_s;
+        self.start_cpu_s += later.start_cpu_s;
         self.wall_s += later.wall_s;
         self.fresh_ns = later.fresh_ns;
         self.times.add(&later.times);
@@ -145,6 +152,7 @@ impl LifeFigures {
             duplicates: self.counters.duplicates,
             bad: self.counters.bad,
             cpu_s: self.cpu_s,
+            start_cpu_s: self.start_cpu_s,
             wall_s: self.wall_s,
             frame_us_max: self.times.frame.max_us(),
             frames: self.frames,
@@ -164,6 +172,8 @@ pub struct Statistics {
     fresh_path: PathBuf,
     text: Vec<u8>,
     started_ns: u64,
+    /// Processor time of the start.
+    start_cpu_ns: u64,
     life: Life,
     /// Allocations when the start was over, and when the loop was.
     allocations_at_start: Option<u64>,
@@ -180,6 +190,7 @@ impl Statistics {
             path,
             text: Vec::with_capacity(FILE_BYTES),
             started_ns: sys::monotonic_ns(),
+            start_cpu_ns: sys::cpu_ns(),
             life,
             allocations_at_start: None,
             allocations_at_end: None,
@@ -208,7 +219,8 @@ impl Statistics {
         let figures = &mut self.figures;
         figures.counters = runner.counters();
         figures.frames = runner.frames_done();
-        figures.cpu_s = sys::cpu_ns() as f64 * 1e-9;
+        figures.cpu_s = sys::cpu_ns().saturating_sub(self.start_cpu_ns) as f64 * 1e-9;
+        figures.start_cpu_s = self.start_cpu_ns as f64 * 1e-9;
         figures.wall_s = age_ns as f64 * 1e-9;
         figures.fresh_ns = runner.fresh_ns();
         figures.times.copy_from(runner.times());
@@ -267,7 +279,8 @@ mod tests {
         let mut first = LifeFigures { frames: 100, cpu_s: 1.0, wall_s: 2.0, bytes_sent: 7, ..LifeFigures::default() };
         first.counters.received = 50;
         first.times.frame.record(9000);
-        let mut second = LifeFigures { epoch: 1, frames: 250, cpu_s: 0.5, wall_s: 3.0, ..LifeFigures::default() };
+        let mut second =
+            LifeFigures { epoch: 1, frames: 250, cpu_s: 0.5, start_cpu_s: 0.25, wall_s: 3.0, ..LifeFigures::default() };
         second.counters.received = 90;
         second.times.frame.record(4000);
         first.add(&second);
