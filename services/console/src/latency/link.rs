@@ -60,29 +60,39 @@ impl<'a> Ends<'a> {
     }
 
     fn send(&mut self, payload: &[u8]) -> Result<(), LinkError> {
-        let stamps = Stamps { epoch: 0, crc32: 0, sent_ns: self.out.now_ns() };
-        self.out.publish(self.topic, &stamps, payload)?;
-        if self.mode == Mode::WaitSet {
-            self.out.wake(PartitionId::Recorder);
-        }
-        Ok(())
+        send(&mut self.out, (self.topic, self.mode), payload)
     }
 
-    fn receive(&mut self, copy: &mut [u8]) -> Result<(), LinkError> {
-        let mut got = false;
-        while !got && !self.failed.load(Ordering::Relaxed) {
+    /// Waits for samples and hands each to `take` with the way out, as soon as it has come: the
+    /// look for a further one comes after that. How many; 0 when the other thread has failed.
+    fn receive(
+        &mut self,
+        mut take: impl FnMut(&mut ShmLink, &[u8]) -> Result<(), LinkError>,
+    ) -> Result<u64, LinkError> {
+        let (mut count, mut outcome) = (0, Ok(()));
+        while count == 0 && !self.failed.load(Ordering::Relaxed) {
+            let out = &mut self.out;
             self.into.drain(self.topic, &mut |_, payload| {
-                copy.copy_from_slice(payload);
-                got = true;
+                count += 1;
+                outcome = take(out, payload);
             })?;
             match self.mode {
-                _ if got => {}
+                _ if count > 0 => {}
                 Mode::Poll => std::hint::spin_loop(),
                 Mode::WaitSet => self.into.wait(WAIT_MAX)?,
             }
         }
-        Ok(())
+        outcome.map(|()| count)
     }
+}
+
+fn send(out: &mut ShmLink, (topic, mode): (TopicId, Mode), payload: &[u8]) -> Result<(), LinkError> {
+    let stamps = Stamps { epoch: 0, crc32: 0, sent_ns: out.now_ns() };
+    out.publish(topic, &stamps, payload)?;
+    if mode == Mode::WaitSet {
+        out.wake(PartitionId::Recorder);
+    }
+    Ok(())
 }
 
 /// One way of `rounds` round trips of samples of `topic`.
@@ -112,14 +122,29 @@ pub fn ping_pong(
     };
     let mut answer = |ends: &mut Ends<'_>| {
         let mut copy = payload.clone();
-        (0..rounds).try_for_each(|_| ends.receive(&mut copy).and_then(|()| ends.send(&copy)))
+        let mut send_back = |out: &mut ShmLink, payload: &[u8]| {
+            copy.copy_from_slice(payload);
+            send(out, way, &copy)
+        };
+        // The next question may come while the link looks for it behind the answer to the last one.
+        let mut answered = 0;
+        while answered < rounds && !failed.load(Ordering::Relaxed) {
+            answered += ends.receive(&mut send_back)?;
+        }
+        Ok(())
     };
     let mut ask = |ends: &mut Ends<'_>| {
         let mut copy = payload.clone();
         (0..rounds).try_for_each(|_| {
             let begin_ns = monotonic_ns();
-            ends.send(&payload).and_then(|()| ends.receive(&mut copy))?;
-            into.record((monotonic_ns() - begin_ns) / 2);
+            let mut end_ns = begin_ns;
+            ends.send(&payload)?;
+            ends.receive(|_, payload| {
+                copy.copy_from_slice(payload);
+                end_ns = monotonic_ns();
+                Ok(())
+            })?;
+            into.record((end_ns - begin_ns) / 2);
             Ok(())
         })
     };
