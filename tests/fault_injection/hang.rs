@@ -4,6 +4,7 @@
 use crate::limits;
 use crate::world::{World, undisturbed};
 use rustix::process::Signal;
+use std::os::unix::net::UnixDatagram;
 
 fn is_found(hanging: &[&str], frame: u64) {
     let world = World::new();
@@ -74,4 +75,34 @@ fn a_warden_that_hangs_is_noticed_by_the_console_and_the_run_ends_with_the_reaso
     assert_eq!(ended.code, Some(1), "{ended}");
     assert!(ended.failure().contains("the warden hung"), "{ended}");
     world.assert_nothing_left();
+}
+
+/// What the manager of a run is told.
+fn words(arguments: &[&str]) -> (i32, Vec<String>) {
+    let world = World::new();
+    let socket = world.file("word");
+    let manager = UnixDatagram::bind(&socket).unwrap();
+    manager.set_nonblocking(true).unwrap();
+    let ended = world.start_under(Some(&socket), arguments).end();
+    world.assert_nothing_left();
+    let mut word = [0; 64];
+    let next = || manager.recv(&mut word).ok().map(|count| String::from_utf8_lossy(&word[..count]).into_owned());
+    (ended.code.unwrap(), std::iter::from_fn(next).collect())
+}
+
+#[test]
+fn a_watchdog_is_stroked_by_the_warden_alone_while_every_partition_is_up() {
+    // Five seconds of flight, a stroke each half of one.
+    let (code, told) = words(&["--speed", "9"]);
+    assert_eq!((code, told[0].as_str()), (0, "READY=1"), "{told:?}");
+    assert!(told.len() >= 4 && told[1..].iter().all(|word| word == "WATCHDOG=1"), "{told:?}");
+    // Held down from its first frame on for longer than the run has patience.
+    let world = World::new();
+    let table = limits::table(&world, &[]);
+    let text = std::fs::read_to_string(&table).unwrap();
+    std::fs::write(&table, text.replace("back_off_ms = [0]", "back_off_ms = [3600000]")).unwrap();
+    let (code, told) = words(&["--partitions", &table, "--stall-s", "4", "--kill-always", "slosh-id@0"]);
+    assert_eq!(code, 1, "the run stands still and fails: {told:?}");
+    // One may fall between its first frame and its death.
+    assert!(told.iter().filter(|word| *word == "WATCHDOG=1").count() <= 1, "{told:?}");
 }

@@ -129,10 +129,16 @@ impl World {
 
     /// Starts the scenario as processes.
     pub fn start(&self, arguments: &[&str]) -> Run<'_> {
+        self.start_under(None, arguments)
+    }
+
+    /// As [`World::start`] under a service manager that listens to the socket `manager`.
+    pub fn start_under(&self, manager: Option<&Path>, arguments: &[&str]) -> Run<'_> {
         let permit = Permit::wait();
         let mut command = self.command("setpriv"); // util-linux; becomes the console
         command.args(["--pdeathsig", "TERM", env!("CARGO_BIN_EXE_obsid"), "run", self.scenario, "--json"]);
         command.args(arguments).process_group(0).stdout(Stdio::piped()).stderr(Stdio::piped());
+        manager.map(|socket| command.env("NOTIFY_SOCKET", socket));
         let mut child = command.spawn().expect("setpriv of util-linux can be started");
         let mut stdout = child.stdout.take().expect("piped");
         let stderr = child.stderr.take().expect("piped");

@@ -259,8 +259,8 @@ impl<'a> Process<'a> {
             self.is_back = true;
             self.housekeeping()?;
         }
-        // Who did fewer frames than a turn may do has no further one; word of samples that came since is
-        // kept, and ends the wait at once.
+        // Who did fewer frames than a turn may do has no further one; word of samples that came
+        // since is kept, and ends the wait at once.
         if !matches!(turn, Turn::Worked(FRAMES_PER_TURN)) {
             self.wait()?;
         }

@@ -83,10 +83,41 @@ pub fn schedstat(path: &str) -> Option<(u64, u64)> {
     Some((numbers.next()??, numbers.next()??))
 }
 
+/// What the threads of a process have done, and whether one of them could do more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Activity {
+    /// Time on a processor of all threads \[ns\], and how often they came to one.
+    pub run_ns: u64,
+    pub slices: u64,
+    /// A thread runs, is ready to, or waits for a disk.
+    pub busy: bool,
+}
+
+impl Activity {
+    /// Of the living process `pid`.
+    #[must_use]
+    pub fn of(pid: u32) -> Option<Self> {
+        let mut activity = Activity::default();
+        for task in fs::read_dir(format!("/proc/{pid}/task")).ok()?.flatten() {
+            let counts = fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
+            let mut numbers = counts.split_whitespace().map(|number| number.parse().unwrap_or(0));
+            activity.run_ns += numbers.next().unwrap_or(0);
+            activity.slices += numbers.nth(1).unwrap_or(0);
+            let state = fields(&task.path().join("stat")).and_then(|fields| fields.first()?.chars().next());
+            activity.busy |= matches!(state, Some('R' | 'D'));
+        }
+        Some(activity)
+    }
+}
+
 /// Fields of `/proc/PID/stat` behind the name, the state first.
 #[must_use]
 fn stat(pid: u32) -> Option<Vec<String>> {
-    let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    fields(std::path::Path::new(&format!("/proc/{pid}/stat")))
+}
+
+fn fields(path: &std::path::Path) -> Option<Vec<String>> {
+    let text = fs::read_to_string(path).ok()?;
     // The name stands in parentheses and may contain blanks.
     Some(text.rsplit_once(") ")?.1.split_whitespace().map(String::from).collect())
 }

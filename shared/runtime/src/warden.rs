@@ -21,7 +21,7 @@ use crate::deaths::{Alertness, DeathLog};
 use crate::life::Life;
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
-use crate::sys::{Precedence, monotonic_ns};
+use crate::sys::{Notifier, Precedence, monotonic_ns};
 use pipe::LineBuffer;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
@@ -99,8 +99,8 @@ struct Warden<'a> {
     /// When a partition was last said to do work that a frame left.
     last_work: Instant,
     last_sweep: Instant,
-    /// Looked for processes that are stopped as they start.
-    last_stopped: Instant,
+    /// Looked for processes that do nothing as they start.
+    last_still: Instant,
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its
     /// own.
     supervisor_heard: Instant,
@@ -115,11 +115,16 @@ struct Warden<'a> {
     started_ns: u64,
     deaths: DeathLog,
     precedence: Precedence,
+    /// A service manager that watches the warden, and whether it knows that the run is on its way.
+    manager: Option<Notifier>,
+    is_announced: bool,
     alertness: Alertness,
     /// Who waits for whom, as the supervisor last said.
     waits: String,
     renew_after: Duration,
     last_look: Instant,
+    /// Index of the ward that was looked at then.
+    looked_at: usize,
     last_beat: Instant,
     log: Option<File>,
     report: &'a mut dyn FnMut(&Report),
@@ -139,7 +144,7 @@ impl<'a> Warden<'a> {
             last_advance: Instant::now(),
             last_work: Instant::now(),
             last_sweep: Instant::now(),
-            last_stopped: Instant::now(),
+            last_still: Instant::now(),
             supervisor_heard: Instant::now(),
             supervisor_spoke: false,
             first_end: None,
@@ -149,10 +154,13 @@ impl<'a> Warden<'a> {
             started_ns: monotonic_ns(),
             deaths: DeathLog::default(),
             precedence: Precedence::take(),
+            manager: Notifier::of_environment(),
+            is_announced: false,
             alertness: Alertness::default(),
             waits: String::new(),
             renew_after: RENEW_AFTER,
             last_look: Instant::now(),
+            looked_at: 0,
             last_beat: Instant::now(),
             report,
         }
@@ -169,7 +177,7 @@ impl<'a> Warden<'a> {
             self.bury()?;
             self.listen_to_supervisor();
             self.end_supervisor_hang();
-            self.end_stopped();
+            self.end_still();
             self.sweep();
             self.look();
             if self.wards.iter().all(Ward::is_over) {
@@ -200,11 +208,30 @@ impl<'a> Warden<'a> {
         if self.last_beat.elapsed() >= BEAT_EVERY {
             self.last_beat = Instant::now();
             self.tell(&Report::Beat { t_ns: monotonic_ns() });
+            self.stroke();
         }
-        if self.last_look.elapsed() >= LOOK_EVERY {
+        // One after the other: a look reads a hundred files of the kernel, and a death that comes
+        // meanwhile is noticed after it.
+        if self.last_look.elapsed() >= LOOK_EVERY / self.wards.len() as u32 {
             self.last_look = Instant::now();
-            self.wards.iter_mut().for_each(Ward::look);
+            self.looked_at = (self.looked_at + 1) % self.wards.len();
+            self.wards[self.looked_at].look();
             self.give_windows();
+        }
+    }
+
+    /// The watchdog of a service manager: from the first frame on, while the run goes on and nobody
+    /// but who was given up is down.
+    fn stroke(&mut self) {
+        let Some(manager) = self.manager.as_ref().filter(|_| self.last_frame > 0) else { return };
+        if !self.is_announced {
+            self.is_announced = true;
+            manager.say("READY=1");
+        }
+        let is_down = |ward: &Ward| matches!(ward.state, State::Waiting { .. });
+        let idle = self.last_advance.elapsed().min(self.last_work.elapsed());
+        if !self.wards.iter().any(is_down) && (idle < RENEW_AFTER || self.first_end.is_some()) {
+            manager.say("WATCHDOG=1");
         }
     }
 

@@ -40,8 +40,10 @@ pub struct Tally {
     pub log_disagreements: u64,
     pub cuts: u64,
     pub cuts_taken: u64,
-    /// Of crashes; of hangs; to the first fresh frame \[ms\].
+    /// Of crashes from the signal, and from the end of the process, which the kernel ends when it
+    /// comes to a processor; of hangs; to the first fresh frame \[ms\].
     pub detect_ms: Vec<f64>,
+    pub notice_ms: Vec<f64>,
     pub hang_ms: Vec<f64>,
     pub recover_ms: Vec<f64>,
     /// Why runs failed or differed, a few.
@@ -79,6 +81,8 @@ impl Tally {
             let sent = flown.killed.iter().find(|killed| killed.pid == row.pid);
             sent.map_or(row.detect_ms, |killed| Some(row.noticed_ns.saturating_sub(killed.at_ns) as f64 * 1e-6))
         }));
+        let by_signal = deaths.iter().filter(|row| row.cause.starts_with("signal"));
+        self.notice_ms.extend(by_signal.filter_map(|row| row.detect_ms));
         self.hang_ms.extend(deaths.iter().filter(|row| row.cause == "hang").filter_map(|row| row.detect_ms));
         let crashed = |row: &&DeathRow| row.cause.starts_with("signal");
         self.recover_ms.extend(
@@ -93,7 +97,7 @@ impl Tally {
             "undeclared_lost": self.undeclared_lost, "torn": self.torn, "wedged": self.wedged, "leaks": self.leaks,
             "failed": self.failed, "degraded": self.degraded, "log_disagreements": self.log_disagreements,
             "checkpoint_cuts": self.cuts, "checkpoint_cuts_taken": self.cuts_taken,
-            "detect_ms": of_order(&self.detect_ms), "hang_detect_ms": of_order(&self.hang_ms),
+            "detect_ms": of_order(&self.detect_ms), "notice_ms": of_order(&self.notice_ms), "hang_detect_ms": of_order(&self.hang_ms),
             "recover_ms": of_order(&self.recover_ms), "reasons": self.reasons,
         })
     }

@@ -18,5 +18,5 @@ pub use lines::{LineWriter, tell};
 pub use notify::Notifier;
 pub use probes::{is_refused, try_all as try_forbidden_acts};
 pub use process::{Precedence, crash_self, die_with_parent, keep_own_rights, kill_self, stop_self};
-pub use schedule::{set_deadline, set_fifo};
+pub use schedule::{run_as_others, set_deadline, set_fifo};
 pub use system_calls::restrict as restrict_system_calls;

@@ -5,7 +5,6 @@ use super::{EXIT_FINAL, EXIT_STOPPED, EXIT_VANISHED, LineBuffer, Report, Warden}
 use crate::config::GivenUp;
 use crate::deaths::DeathRow;
 use crate::sys::monotonic_ns;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::Signal;
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
@@ -13,32 +12,30 @@ use std::time::{Duration, Instant};
 use telemetry::PartitionId;
 
 impl Warden<'_> {
+    /// Notices who has died before anything is done about it: what one death takes is no delay of
+    /// the next one's notice.
     pub(super) fn bury(&mut self) -> Result<(), String> {
-        for index in 0..self.wards.len() {
-            let State::Running { pidfd, .. } = &self.wards[index].state else { continue };
-            let ready = poll(&mut [PollFd::new(pidfd, PollFlags::IN)], Some(&Timespec { tv_sec: 0, tv_nsec: 0 }));
-            if !ready.is_ok_and(|count| count > 0) {
-                continue;
-            }
-            let noticed_ns = monotonic_ns();
-            self.wards[index].look();
-            let State::Running { child, .. } = &mut self.wards[index].state else { continue };
-            let pid = child.id();
-            let Some(status) =
-                child.try_wait().map_err(|error| format!("waiting for {}: {error}", self.wards[index].id))?
-            else {
-                continue;
-            };
-            let mut services_lost = status.code() == Some(EXIT_VANISHED) || self.wards[index].fails_again(status);
-            if self.wards[index].id == PartitionId::Supervisor {
-                self.listen_to_supervisor();
-                self.pipe = LineBuffer::default();
-                services_lost |= !self.services_exist;
-            }
-            self.after_death(index, pid, status, noticed_ns)?;
-            if services_lost {
-                self.renew_services()?;
-            }
+        let noticed: Vec<(usize, u64)> =
+            (0..self.wards.len()).filter(|&at| self.wards[at].is_dead()).map(|at| (at, monotonic_ns())).collect();
+        noticed.into_iter().try_for_each(|(index, noticed_ns)| self.bury_one(index, noticed_ns))
+    }
+
+    fn bury_one(&mut self, index: usize, noticed_ns: u64) -> Result<(), String> {
+        self.wards[index].look();
+        // Whoever was taken down with the one before has been buried.
+        let State::Running { child, .. } = &mut self.wards[index].state else { return Ok(()) };
+        let pid = child.id();
+        let status = child.try_wait().map_err(|error| format!("waiting for {}: {error}", self.wards[index].id))?;
+        let Some(status) = status else { return Ok(()) };
+        let mut services_lost = status.code() == Some(EXIT_VANISHED) || self.wards[index].fails_again(status);
+        if self.wards[index].id == PartitionId::Supervisor {
+            self.listen_to_supervisor();
+            self.pipe = LineBuffer::default();
+            services_lost |= !self.services_exist;
+        }
+        self.after_death(index, pid, status, noticed_ns)?;
+        if services_lost {
+            self.renew_services()?;
         }
         Ok(())
     }
@@ -50,13 +47,14 @@ impl Warden<'_> {
     /// whose maker dies half-way bricks its name. Whoever had ended in order starts again too: its
     /// samples went with the services.
     pub(super) fn renew_services(&mut self) -> Result<(), String> {
+        // All at once: what one leaves of its memory takes milliseconds.
+        self.signal_running(Signal::KILL);
         for index in 0..self.wards.len() {
             let ward = &mut self.wards[index];
             match &mut ward.state {
                 State::Waiting { .. } | State::GivenUp => continue,
                 State::Done => {}
                 State::Running { child, .. } => {
-                    let _ = child.kill();
                     let (pid, noticed_ns) = (child.id(), monotonic_ns());
                     let _ = child.wait();
                     ward.cause = Signal::KILL.as_raw() as u32;

@@ -23,7 +23,10 @@ impl Warden<'_> {
         let running = self.wards.iter_mut().find(|ward| ward.id == PartitionId::Supervisor);
         let Some(State::Running { child, .. }) = running.map(|ward| &mut ward.state) else { return };
         let Some(stdout) = &mut child.stdout else { return };
-        for line in self.pipe.read(stdout) {
+        let lines = self.pipe.read(stdout);
+        // A process that dies closes its pipe before its end can be seen.
+        child.stdout.take_if(|_| self.pipe.is_closed);
+        for line in lines {
             (self.supervisor_heard, self.supervisor_spoke) = (Instant::now(), true);
             self.obey(&line);
         }
@@ -87,18 +90,18 @@ impl Warden<'_> {
         }
     }
 
-    /// Who is stopped before its first sign of life: no other process knows of it yet.
-    pub(super) fn end_stopped(&mut self) {
-        if self.last_stopped.elapsed() < TICK {
+    /// Who does nothing before its first sign of life: no other process knows of it yet.
+    pub(super) fn end_still(&mut self) {
+        if self.last_still.elapsed() < TICK {
             return;
         }
-        self.last_stopped = Instant::now();
+        self.last_still = Instant::now();
         for index in 0..self.wards.len() {
             let ward = &mut self.wards[index];
             let limit = Duration::from_millis(self.limits.of(ward.id).hang_ms);
-            let Some(stopped) = ward.stopped().filter(|stopped| *stopped >= limit) else { continue };
+            let Some(still) = ward.still().filter(|still| *still >= limit) else { continue };
             let (name, epoch) = (ward.id.text(), ward.epoch.to_string());
-            self.end_hang(name, &epoch, stopped.as_secs_f64() * 1e3);
+            self.end_hang(name, &epoch, still.as_secs_f64() * 1e3);
         }
     }
 

@@ -30,7 +30,8 @@ impl Launcher {
         }
         let (epoch, cause, parent) = (life.epoch.to_string(), life.cause.to_string(), std::process::id().to_string());
         command.arg("--run").arg(folder).args(["--epoch", &epoch, "--cause", &cause, "--parent", &parent]);
-        command.process_group(0);
+        // A service manager watches the warden, which watches the partitions.
+        command.process_group(0).env_remove("NOTIFY_SOCKET");
         match id {
             PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
             _ => command.stdin(Stdio::null()).stdout(Stdio::null()),

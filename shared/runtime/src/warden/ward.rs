@@ -7,7 +7,8 @@ use crate::config::PartitionLimits;
 use crate::deaths::DeathLog;
 use crate::rundir::RunDir;
 use crate::statistics::{LifeFigures, PartitionRow};
-use crate::usage::{self, Usage};
+use crate::usage::{self, Activity, Usage};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::process::Signal;
 use std::os::unix::process::ExitStatusExt;
@@ -51,8 +52,8 @@ pub(super) struct Ward {
     pub cause: u32,
     /// Killed for a hang: since its last sign of life \[ms\].
     pub hung_ms: Option<f64>,
-    /// Seen to be stopped, before anybody expects to hear it.
-    stopped_at: Option<Instant>,
+    /// What it was seen to have done before anybody expects to hear it, and when that was new.
+    last_act: Option<(Activity, Instant)>,
     /// Of the lives that are over, and of the present one as last looked at.
     past: LifeFigures,
     looks: Looks,
@@ -78,7 +79,7 @@ impl Ward {
             epoch: 0,
             cause: 0,
             hung_ms: None,
-            stopped_at: None,
+            last_act: None,
             past: LifeFigures::default(),
             looks: Looks::default(),
             starved_at: None,
@@ -109,6 +110,13 @@ impl Ward {
     /// Process id, while one runs.
     pub fn pid(&self) -> Option<u32> {
         if let State::Running { child, .. } = &self.state { Some(child.id()) } else { None }
+    }
+
+    /// Its process has ended and is not waited for yet.
+    pub fn is_dead(&self) -> bool {
+        let State::Running { pidfd, .. } = &self.state else { return false };
+        let now = Timespec { tv_sec: 0, tv_nsec: 0 };
+        poll(&mut [PollFd::new(pidfd, PollFlags::IN)], Some(&now)).is_ok_and(|count| count > 0)
     }
 
     /// What the kernel counts of its process; of a dead one, before it is waited for, all but
@@ -150,13 +158,18 @@ impl Ward {
         starved && self.starved_times <= STARVED_TIMES_MAX
     }
 
-    /// Since when a life younger than [`START_LIMIT`] has been seen to be stopped; an older one is
-    /// watched by its signs of life.
-    pub fn stopped(&mut self) -> Option<Duration> {
+    /// For how long a life younger than [`START_LIMIT`] has done nothing: it is stopped, or sleeps
+    /// and is not woken. Whoever starts waits for nobody so long. An older life is watched by its
+    /// signs of life.
+    pub fn still(&mut self) -> Option<Duration> {
         let State::Running { child, since, .. } = &self.state else { return None };
-        let is_stopped = since.elapsed() < START_LIMIT && usage::state(child.id()) == Some('T');
-        self.stopped_at = if is_stopped { self.stopped_at.or_else(|| Some(Instant::now())) } else { None };
-        self.stopped_at.map(|at| at.elapsed())
+        let young = (since.elapsed() < START_LIMIT).then(|| child.id());
+        let now = young.and_then(Activity::of).filter(|now| !now.busy);
+        self.last_act = now.map(|now| match self.last_act {
+            Some((before, at)) if before == now => (now, at),
+            _ => (now, Instant::now()),
+        });
+        self.last_act.map(|(_, at)| at.elapsed())
     }
 
     /// Start of its next life; `None` where it waits for none.
@@ -181,7 +194,7 @@ impl Ward {
             // A life that came to a fresh frame had what it needs.
             self.failed &= figures.fresh_ns.is_none();
         }
-        (self.has_window, self.looks, self.stopped_at) = (false, Looks::default(), None);
+        (self.has_window, self.looks, self.last_act) = (false, Looks::default(), None);
         self.past_usage.add(&core::mem::take(&mut self.usage));
     }
 
@@ -209,26 +222,53 @@ mod tests {
     use super::*;
     use rustix::process::{Pid, PidfdFlags, kill_process, pidfd_open};
 
-    #[test]
-    fn a_young_life_that_is_stopped_is_seen_until_it_goes_on() {
-        let child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+    fn started(words: &[&str]) -> (Ward, Pid) {
+        let child = std::process::Command::new(words[0]).args(&words[1..]).spawn().unwrap();
         let pid = Pid::from_child(&child);
         let pidfd = pidfd_open(pid, PidfdFlags::empty()).unwrap();
         let mut ward = Ward::new(PartitionId::SloshId);
         ward.state = State::Running { child, pidfd, since: Instant::now() };
-        assert_eq!(ward.stopped(), None);
-        for (signal, is_stopped) in [(Signal::STOP, true), (Signal::CONT, false)] {
-            kill_process(pid, signal).unwrap();
-            while ward.stopped().is_some() != is_stopped {
-                std::thread::yield_now();
-            }
-        }
-        let State::Running { child, since, .. } = &mut ward.state else { unreachable!() };
-        *since -= START_LIMIT;
-        kill_process(pid, Signal::STOP).unwrap();
+        (ward, pid)
+    }
+
+    fn end(mut ward: Ward) {
+        let State::Running { child, .. } = &mut ward.state else { unreachable!() };
         child.kill().unwrap();
         child.wait().unwrap();
-        assert_eq!(ward.stopped(), None, "an older one is watched by its signs of life");
+    }
+
+    /// Until it has been seen to do nothing for so long.
+    fn seen_still(ward: &mut Ward, limit: Duration) {
+        while ward.still().is_none_or(|still| still < limit) {
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn a_young_life_that_is_stopped_or_sleeps_for_ever_is_seen_and_one_that_goes_on_begins_anew() {
+        const LIMIT: Duration = Duration::from_millis(20);
+        let (mut ward, pid) = started(&["sleep", "60"]);
+        seen_still(&mut ward, LIMIT);
+        let before = ward.last_act.unwrap();
+        for signal in [Signal::STOP, Signal::CONT] {
+            // A signal wakes it: what it does then begins its silence anew.
+            kill_process(pid, signal).unwrap();
+            seen_still(&mut ward, LIMIT);
+        }
+        assert!(ward.last_act.unwrap().1 > before.1);
+        let State::Running { since, .. } = &mut ward.state else { unreachable!() };
+        *since -= START_LIMIT;
+        assert_eq!(ward.still(), None, "an older one is watched by its signs of life");
+        end(ward);
+    }
+
+    #[test]
+    fn a_young_life_that_computes_or_wakes_again_and_again_is_not_still() {
+        let (mut ward, _) = started(&["sh", "-c", "while :; do :; done"]);
+        while Activity::of(ward.pid().unwrap()).is_none_or(|activity| activity.run_ns < 300_000_000) {
+            assert_eq!(ward.still().filter(|still| *still >= Duration::from_millis(150)), None);
+        }
+        end(ward);
     }
 
     #[test]
