@@ -20,7 +20,7 @@ pub static EFFECT: Effect = Effect {
             "rad/s",
             [1e-3, 1e6],
             100.0,
-            "natural frequency w of the motor on its flank: stiffness k = J w^2 of a motor of inertia J",
+            "natural frequency w of motor against link in contact: stiffness k = J w^2, J the reduced inertia",
         )
         .scanned(Scan::OfSampling(&[CONTACT])),
         EffectParameter::new(
@@ -56,7 +56,8 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
         return Ok(());
     }
     let split = parts::split_joint(plant, site, share)?;
-    let stiffness = split.motor_inertia * rate * rate;
+    let reduced = split.motor_inertia * split.link_inertia / (split.motor_inertia + split.link_inertia);
+    let stiffness = reduced * rate * rate;
     let contact_time = 2.0 * damping / rate;
     let values = [("stiffness", stiffness), ("half_gap", half_gap), ("centre", 0.0), ("contact_time", contact_time)];
     plant.effects.push(EffectUse {

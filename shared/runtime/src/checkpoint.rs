@@ -239,8 +239,8 @@ impl Store {
     fn write(&self, slot: usize, bytes: usize) -> Result<(), CheckpointError> {
         let path = &self.slots[slot];
         let fail = |error: std::io::Error| CheckpointError { path: path.clone(), reason: error.to_string() };
-        // Over the slot's old bytes: to give its pages back and to take new ones costs as much as to
-        // fill them. The length changes last; what is cut off before that fails its check.
+        // Over the slot's old bytes: to give its pages back and to take new ones costs as much as
+        // to fill them. The length changes last; what is cut off before that fails its check.
         let mut file = fs::File::options().create(true).truncate(false).write(true).open(path).map_err(fail)?;
         file.write_all(&self.buffer[..bytes]).and_then(|()| file.set_len(bytes as u64)).map_err(fail)
     }

@@ -139,8 +139,8 @@ impl Pool {
         }
     }
 
-    /// Fits what is proposed about an entry: what promises something, then the entry without each of
-    /// its members, then what promises nothing; `false` where work ended before.
+    /// Fits what is proposed about an entry: what promises something, then the entry without each
+    /// of its members, then what promises nothing; `false` where work ended before.
     fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) -> bool {
         self.entries[place].expanded = true;
         let begun = ground.session.work.spent();

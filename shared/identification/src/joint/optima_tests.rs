@@ -4,8 +4,8 @@ use super::stage::{Part, Stage, deviations};
 use super::*;
 use crate::synthetic::{off_priors, plant, recording};
 
-/// How much less −2 ln p is at the maximum nearest to the truth than where the arc ends, through its
-/// windows alone and from other starts too.
+/// How much less −2 ln p is at the maximum nearest to the truth than where the arc ends, through
+/// its windows alone and from other starts too.
 fn missed(seed: u64) -> [f64; 2] {
     let nominal = plant("fuel");
     let truth = off_priors(&nominal, seed);

@@ -22,7 +22,7 @@ const TOLD_LEAST: f64 = 0.25;
 /// −2 ln p is higher by a hundred.
 const TOLD_MOST: f64 = 100.0;
 /// Ratio of the objective's rise to that of its parabola from which it bends.
-const BENT: f64 = 2.0;
+const NOT_PARABOLIC: f64 = 2.0;
 /// Combinations along which starts are moved, the least known first.
 const COMBINATIONS_MAX: usize = 3;
 /// Standard deviations of what was known by which they are moved: half of all vehicles lie within
@@ -65,7 +65,7 @@ impl Vehicle<'_> {
         let is_of_the_parabola = |at: &Vec<f64>| {
             let promised = model.chi2(&deviations(&self.unknowns, at)) - model.chi2(&d);
             let rise = self.objective_at(arc, known, at).map(|found| found - reached);
-            rise.is_some_and(|rise| rise > promised / BENT && rise < promised * BENT)
+            rise.is_some_and(|rise| rise > promised / NOT_PARABOLIC && rise < promised * NOT_PARABOLIC)
         };
         let moved = combinations(known, &first.1)?.into_iter().map(|combination| MOVED_SIGMA * combination);
         let bent = moved.filter(|by| !on_both_sides(&d, by).iter().all(is_of_the_parabola));
@@ -78,8 +78,8 @@ impl Vehicle<'_> {
         of.map(|(unknown, d)| (unknown.prior + d * unknown.sigma).clamp(unknown.low, unknown.high)).collect()
     }
 
-    /// The maximum of the whole arc that is nearest to `start`; no further than to where that is the
-    /// end of `model` again.
+    /// The maximum of the whole arc that is nearest to `start`; no further than to where that is
+    /// the end of `model` again.
     fn heard_elsewhere(
         &self,
         arc: usize,
@@ -113,8 +113,8 @@ impl Vehicle<'_> {
     }
 }
 
-/// The combinations of parameters that `message` tells of and does not settle, the least known first,
-/// each one standard deviation of what was `known` long. With `Λ = L L'`, `L⁻¹ N L⁻' = Σ a v v'`,
+/// The combinations of parameters that `message` tells of and does not settle, the least known
+/// first, each one standard deviation of what was `known` long. With `Λ = L L'`, `L⁻¹ N L⁻' = Σ a v v'`,
 /// they are `L⁻' v`.
 fn combinations(known: &Knowledge, message: &Message) -> Option<Vec<DVector<f64>>> {
     let lower = known.factor()?.unpack();

@@ -99,8 +99,8 @@ impl Vehicle<'_> {
         (0..self.unknowns.len()).map(|unknown| self.places[arc].contains(&unknown)).collect()
     }
 
-    /// Hears one arc through growing windows of which the unknowns `free` are estimated; what it says
-    /// where `theta` has moved to.
+    /// Hears one arc through growing windows of which the unknowns `free` are estimated; what it
+    /// says where `theta` has moved to.
     pub(super) fn through_windows(
         &self,
         arc: usize,
