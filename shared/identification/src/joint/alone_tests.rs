@@ -105,3 +105,26 @@ fn the_block_that_an_arc_contradicts_is_the_one_that_differs() {
     let different = p(&other, 53);
     assert!(different.p < 1e-3 && different.freedom == 1, "{different:?}");
 }
+
+/// `plant` with every number of the oscillator's spring `sigmas` prior deviations off.
+fn stiffer(nominal: &Plant, sigmas: f64) -> Plant {
+    let mut plant = nominal.clone();
+    let spring = shared_unknowns(nominal).into_iter().find(|unknown| unknown.name.contains("stiffness")).unwrap();
+    plant.set_parameter(&spring.name, spring.prior + sigmas * spring.sigma).unwrap();
+    plant
+}
+
+#[test]
+fn an_estimate_that_contradicts_what_was_known_and_explains_more_is_kept() {
+    let nominal = plant("oscillator");
+    let alone = [arc("a", &nominal, 61, &stiffer(&nominal, 5.0))];
+    let vehicle = vehicle(&alone);
+    let mut theta = vehicle.prior();
+    let spring = vehicle.unknowns.iter().position(|unknown| unknown.name.contains("stiffness")).unwrap();
+    theta[spring] += 5.0 * vehicle.unknowns[spring].sigma;
+    let message = vehicle.message(0, &theta).unwrap();
+    let (moved, _) = vehicle.restarted(0, &Knowledge::of_priors(theta.len()), (theta.clone(), message));
+    let unknown = &vehicle.unknowns[spring];
+    let spring = (moved[spring] - unknown.prior) / unknown.sigma;
+    assert!((spring - 5.0).abs() < 0.2, "{spring}");
+}
