@@ -25,7 +25,9 @@ pub(crate) fn number_in(unit: Unit, cell: &str, signs: Signs) -> Option<f64> {
     number(cell, signs).or_else(|| {
         let stated = quantity(cell, signs)?;
         let own = unit_named(stated.unit).filter(|own| own.si == unit.si)?;
-        Some(own.to_si(stated.value) / unit.to_si(1.0))
+        // units are straight lines, those of temperature with a zero of their own
+        let (zero, one) = (unit.to_si(0.0), unit.to_si(1.0));
+        Some((own.to_si(stated.value) - zero) / (one - zero))
     })
 }
 
@@ -77,5 +79,10 @@ mod tests {
         assert_eq!(number_in(volt, "250 mV", POINT), Some(0.25));
         assert_eq!(number_in(volt, "0.25", POINT), Some(0.25));
         assert_eq!(number_in(volt, "0.25 A", POINT), None);
+        let celsius = unit_named("degC").unwrap();
+        for (cell, degrees) in [("20.5 °C", 20.5), ("293.15 K", 20.0), ("68 °F", 20.0), ("20.5", 20.5)] {
+            let found = number_in(celsius, cell, POINT).unwrap();
+            assert!((found - degrees).abs() < 1e-9, "{cell}: {found}");
+        }
     }
 }
