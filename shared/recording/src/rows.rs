@@ -13,6 +13,7 @@ use crate::table::Column;
 use crate::timing::{in_words, is_unsteady};
 use channels::{EvenClock, Stamps};
 
+mod events;
 mod finish;
 mod newest_first;
 mod wraps;
@@ -273,20 +274,26 @@ impl Rows {
                 as_timed.for_each(|(i, time)| *time = clock.time_s(i));
                 Ok(joined(Some(in_words(&clock))))
             }
+            None if self.has_events() => Ok(joined(Some(self.behind_events()))),
             None => self.conflict.take().map_or(Ok(joined(None)), Err),
         }
     }
 
     fn drop_repeated(&mut self) {
         let repeated = core::mem::take(&mut self.repeated);
-        if repeated.is_empty() {
+        self.duplicates += repeated.len() as u64;
+        self.drop_rows(&repeated);
+    }
+
+    /// Drops rows, given in their order.
+    fn drop_rows(&mut self, gone: &[usize]) {
+        if gone.is_empty() {
             return;
         }
-        self.duplicates += repeated.len() as u64;
         for start in &mut self.starts {
-            *start -= repeated.partition_point(|row| row < start);
+            *start -= gone.partition_point(|row| row < start);
         }
-        let kept = |row: usize| repeated.binary_search(&row).is_err();
+        let kept = |row: usize| gone.binary_search(&row).is_err();
         retain(&mut self.first, &kept);
         retain(&mut self.lines, &kept);
         self.values.iter_mut().for_each(|values| retain(values, &kept));
