@@ -52,6 +52,9 @@ fn plan_with_interval(
     intake: &Intake,
 ) -> Result<Plan, RecordingError> {
     let first = plan(source, columns, intake);
+    if let Some(whole) = layout.interval.as_ref().and_then(|interval| interval.without_unit) {
+        return first.map_err(|error| asking_for_unit(error, layout, whole));
+    }
     if let (Err(RecordingError::BadClock { place, .. }), Some(interval)) = (&first, &layout.interval)
         && let Some(counted) = counter_with_interval(source, columns, place.column, interval, intake)
     {
@@ -91,6 +94,17 @@ fn plan_with_interval(
     let Interval { seconds, stated, .. } = interval;
     plan.notes.push(format!("no column holds the times: the rows follow each other every {seconds} s ({stated})"));
     Ok(plan)
+}
+
+/// The error of rows without times whose interval is stated as a whole number without a unit.
+fn asking_for_unit(error: RecordingError, layout: &Layout, whole: u64) -> RecordingError {
+    let RecordingError::NoTimeColumn { place, cure } = error else { return error };
+    let stated = layout.interval.as_ref().map_or("", |interval| &interval.stated);
+    let cure = match stated {
+        "" => cure,
+        _ => format!("{stated} has no unit: say it, --time-column row:{whole}ms, or row:{whole}s"),
+    };
+    RecordingError::NoTimeColumn { place, cure }
 }
 
 /// Whether a column numbers its rows: whole numbers that rise, but where a counter begins again.
@@ -164,7 +178,13 @@ fn without_rows(file: &str, line: u64, first: &str, ahead: &[(u64, String)], int
     let cells: Vec<&str> = header.split([',', ';', '\t']).map(str::trim).collect();
     let columns: Vec<Seen> = cells
         .iter()
-        .map(|cell| Seen { header: (*cell).into(), unit: None, kind: Kind::Number, sample: Vec::new() })
+        .map(|cell| Seen {
+            header: (*cell).into(),
+            unit: None,
+            kind: Kind::Number,
+            sample: Vec::new(),
+            is_constant: false,
+        })
         .collect();
     if let Err(error) = plan(&Source { file, line }, &columns, intake) {
         return error;
@@ -204,7 +224,8 @@ pub(super) fn seen(layout: &Layout) -> Vec<Seen> {
         } else {
             Form::of(given.iter().copied()).map_or(Kind::Text, Kind::Stamp)
         };
-        Seen { header, unit, kind, sample: numbers }
+        let is_constant = given.len() > 2 && given.iter().all(|cell| *cell == given[0]);
+        Seen { header, unit, kind, sample: numbers, is_constant }
     };
     (0..width).map(column).collect()
 }

@@ -234,6 +234,11 @@ pub(crate) fn ending(name: &str) -> Option<Unit> {
     }
 }
 
+/// The unit of a column whose name is a unit of time of a minute or more and nothing else: `min`.
+pub(crate) fn long_unit(name: &str) -> Option<Unit> {
+    unit_named(&words_of(name)).filter(|unit| unit.si == "s" && unit.to_si(1.0) >= 60.0)
+}
+
 const QUALIFIERS: &[&str] = &[
     "sim",
     "simulation",

@@ -57,6 +57,20 @@ impl DayCount {
     }
 }
 
+/// Ticks of 100 ns of programs for Windows: the first ticks of 2000 and of 2100, the first day, in
+/// words. As nanoseconds since 1970 they would be of years before 1991.
+const TICKS: [(Range<f64>, i64, &str); 2] = [
+    (1.2591e17..1.5747e17, -134_774, "1601-01-01, as file times of Windows count them"),
+    (6.3082e17..6.6239e17, -719_162, "0001-01-01, as .NET counts them"),
+];
+
+/// The form of whole numbers that count ticks, and from when.
+pub(crate) fn ticks(samples: &[f64]) -> Option<(Form, &'static str)> {
+    let of = TICKS.iter().find(|(range, ..)| samples.iter().all(|value| range.contains(value)))?;
+    let whole = samples.len() > 1 && samples.iter().all(|value| value.fract() == 0.0);
+    whole.then_some((Form::Since(100, Stamp { day: of.1, within_ns: 0 }), of.2))
+}
+
 /// Whether a name is one of a count of days.
 pub(crate) fn is_named(name: &str) -> bool {
     let words = words_of(name);
@@ -73,6 +87,16 @@ fn is_modified(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ticks_of_windows_are_told_by_their_size() {
+        for first in [133_541_246_980_000_000.0, 638_452_478_980_000_000.0] {
+            let (form, _) = ticks(&[first, first + 1e5]).unwrap();
+            assert_eq!(form.of_value(first, 0.0).unwrap().day_text(), "2024-03-05", "{first}");
+        }
+        assert_eq!(ticks(&[1.709e18, 1.709e18]), None);
+        assert_eq!(ticks(&[]), None);
+    }
 
     #[test]
     fn a_count_of_days_is_told_by_its_size_and_that_of_modified_julian_dates_by_its_name() {

@@ -141,7 +141,8 @@ pub(crate) fn planned(file: &str, dataset: &RawDataset, intake: &Intake) -> Resu
             let sample: Vec<f64> =
                 column.values.iter().copied().filter(|value| value.is_finite()).take(SAMPLE).collect();
             let kind = if sample.is_empty() { Kind::Empty } else { Kind::Number };
-            Seen { header: column.name.clone(), unit: column.unit.clone(), kind, sample }
+            let is_constant = sample.len() > 2 && sample.iter().all(|value| *value == sample[0]);
+            Seen { header: column.name.clone(), unit: column.unit.clone(), kind, sample, is_constant }
         })
         .collect();
     let mut own = intake.clone();

@@ -38,6 +38,8 @@ pub(crate) struct Seen {
     pub kind: Kind,
     /// First numbers of it.
     pub sample: Vec<f64>,
+    /// All cells that were seen are the same.
+    pub is_constant: bool,
 }
 
 /// How the time of a row is read.
@@ -207,9 +209,15 @@ fn divided(all: &[Seen]) -> Vec<Column<'_>> {
 fn stated(seen: &Seen, mut own: Heading) -> Heading {
     if let Some(unit) = seen.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
         let unit = super::names::cleaned(unit);
-        own.unit = Some(in_view_of(&own.name, unit.trim_matches(['[', ']', '(', ')'])));
+        own.unit = Some(in_view_of(&own.name, without_brackets(&unit)));
     }
     own
+}
+
+/// The text in a pair of brackets around all of it: `m/(s^2)` has none.
+fn without_brackets(text: &str) -> &str {
+    let within = |open, close| text.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
+    within('[', ']').or_else(|| within('(', ')').filter(|rest| !rest.contains(['(', ')']))).unwrap_or(text)
 }
 
 pub(crate) fn unknown_unit(place: Box<Place>, found: &str, expected: Option<&str>) -> RecordingError {

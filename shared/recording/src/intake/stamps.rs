@@ -2,6 +2,7 @@
 //! different countries write, and counts that stand for a time.
 
 mod counts;
+mod durations;
 mod reading;
 mod words;
 
@@ -60,7 +61,7 @@ pub(crate) enum Form {
     Date(Order),
     /// A time of day alone.
     Time(Clock),
-    /// Days and a time, since the beginning.
+    /// Days and a time, or a duration with its units, since the beginning.
     Elapsed,
     /// A count of this many nanoseconds.
     Count(i64),
@@ -120,6 +121,10 @@ impl Form {
         if has(&["utc", "gmt", "hhmmss"]) && all(&|cell| six(cell) && Form::TimeOfDigits.read(cell).is_some()) {
             return Some(Form::TimeOfDigits);
         }
+        let is_time = |cell: &str| six(cell) && Form::TimeOfDigits.read(cell).is_some();
+        if clock::rank(name).is_some() && all(&is_time) && counts::carries_at_60(cells.clone()) {
+            return Some(Form::TimeOfDigits);
+        }
         let orders = [Order::Stated, Order::Day, Order::Month, Order::Year].map(Form::DateOfDigits);
         let is_date = has(&["date", "datum", "fecha", "ddmmyy", "yyyymmdd", "yymmdd"]);
         orders.into_iter().find(|form| is_date && all(&|cell| form.read(cell).is_some()))
@@ -135,7 +140,10 @@ impl Form {
             }
             Form::Date(order) => Reading::of(cell, order).filter(|reading| reading.time.is_none())?.stamp(true),
             Form::Time(clock) => Reading::of(cell, Order::Stated).filter(|of| of.clock == Some(clock))?.stamp(false),
-            Form::Elapsed => Reading::of(cell, Order::Stated)?.since_beginning(),
+            Form::Elapsed => {
+                let days = Reading::of(cell, Order::Stated).and_then(Reading::since_beginning);
+                days.or_else(|| durations::of(cell))
+            }
             Form::DateOfDigits(order) => reading::date_of_digits(cell, order),
             _ => counts::of_cell(self, cell),
         }

@@ -124,7 +124,12 @@ impl Dialect {
         }
         number(cell, self.signs).is_some()
             || quantity(cell, self.signs).is_some()
-            || ((cell.contains([':', '-', '/']) || cell.matches('.').count() > 3) && Form::is_of(cell))
+            || ((cell.contains([':', '-', '/', 'P']) || cell.matches('.').count() > 3) && Form::is_of(cell))
+    }
+
+    /// A number with a unit, and no number alone.
+    pub fn is_quantity(&self, cell: &str) -> bool {
+        number(cell, self.signs).is_none() && quantity(cell, self.signs).is_some()
     }
 }
 

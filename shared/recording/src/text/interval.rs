@@ -17,6 +17,8 @@ pub(crate) struct Interval {
     pub stated: String,
     /// Position of the key in its line.
     pub at: usize,
+    /// The whole number that is stated without a unit, where it may be milliseconds as well.
+    pub without_unit: Option<u64>,
 }
 
 /// What a key says of its value.
@@ -74,11 +76,19 @@ fn interval(line: u64, at: usize, key: &str, value: &str, dialect: Dialect) -> O
     let ending =
         || key.rsplit_once('_').filter(|(_, unit)| unit_of_ending(unit).is_some()).map(|(_, unit)| unit.into());
     let unit = stated.map(|stated| stated.unit.to_owned()).or_else(|| heading(key).unit).or_else(ending);
+    let open = unit.is_none() && says == Says::Interval && !is_of_instruments(key);
+    let without_unit = text.parse().ok().filter(|whole| open && *whole > 0);
     let unit =
         unit.as_deref().and_then(unit_named).or_else(|| unit_named(if says == Says::Rate { "Hz" } else { "s" }))?;
     let seconds = seconds(number, unit)?;
     let stated = format!("line {line}: `{} {}`", printable(key), printable(value));
-    Some(Interval { seconds, stated, at })
+    Some(Interval { seconds, stated, at, without_unit })
+}
+
+/// Whether instruments alone write a key: in seconds, whatever the number.
+fn is_of_instruments(key: &str) -> bool {
+    let letters = key.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect::<String>();
+    ["xinc", "tinc", "deltax", "dx", "wfincrement", "increment", "deltat"].iter().any(|word| letters.starts_with(word))
 }
 
 fn seconds(number: f64, unit: Unit) -> Option<f64> {

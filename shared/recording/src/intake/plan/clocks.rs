@@ -5,7 +5,7 @@ use super::{Clock, Column, Heading, Kind, Source, unknown_unit};
 use crate::error::RecordingError;
 use crate::intake::Intake;
 use crate::intake::clock::{self, TimeColumn};
-use crate::intake::day_counts::DayCount;
+use crate::intake::day_counts::{DayCount, ticks};
 use crate::intake::names::{cleaned, listed};
 use crate::intake::stamps::{Form, Order};
 use crate::rows::Axis;
@@ -89,10 +89,13 @@ fn clock_by_name(
     let rank = |column: &Column<'_>| {
         let is_stamp = matches!(column.seen.kind, Kind::Stamp(form) if !matches!(form, Form::Hex(_)));
         // a date beside a time of day
-        clock::rank(&column.heading.name).or_else(|| is_stamp.then_some(4))
+        let counts_ticks = column.seen.kind == Kind::Number && ticks(&column.seen.sample).is_some();
+        clock::rank(&column.heading.name).or_else(|| (is_stamp || counts_ticks).then_some(4))
     };
     let ranked = columns.iter().enumerate().filter(|(_, column)| usable(column));
-    let best = ranked.filter_map(|(at, column)| Some((rank(column)?, at))).min().map(|(_, at)| at);
+    // a clock that stands still is none where another goes
+    let ranks = ranked.filter_map(|(at, column)| Some((column.seen.is_constant, rank(column)?, at)));
+    let best = ranks.min().map(|(.., at)| at);
     for in_parts in [of_calendar(columns), of_gps(columns)].into_iter().flatten() {
         if best.is_none_or(|best| in_parts.parts.iter().any(|(at, _)| *at == best)) {
             return Ok(Some(in_parts.clock(notes)));
@@ -102,7 +105,9 @@ fn clock_by_name(
         |column: &Column<'_>| column.heading.unit.as_deref().and_then(unit_named).is_some_and(|unit| unit.si == "s");
     let whatever = |first: &&Column<'_>| usable(first) && is_of_time(first) && !is_frequency(&first.heading);
     let first = || columns.first().filter(whatever).map(|_| 0);
-    match best.or_else(|| columns.iter().position(holds_steps)).or_else(first) {
+    let best = best.or_else(|| columns.iter().position(holds_steps)).or_else(first);
+    let long = || columns.first().filter(|first| counts_long_units(first)).map(|_| 0);
+    match best.or_else(long).or_else(|| only_of_time(columns)) {
         Some(at) => clock_at(source, columns, at, None, notes).map(Some),
         None => rising_clock(source, columns, notes),
     }
@@ -114,6 +119,23 @@ fn holds_steps(column: &Column<'_>) -> bool {
     let sample = &column.seen.sample;
     let is_step = column.seen.kind == Kind::Number && clock::is_of_steps(&column.heading.name);
     is_step && sample.len() > 1 && sample.iter().all(|step| *step >= 0.0) && !sample.is_sorted_by(|a, b| a < b)
+}
+
+/// The only column in a unit of time, where its numbers rise: an index without a name.
+fn only_of_time(columns: &[Column<'_>]) -> Option<usize> {
+    let unit = |column: &Column<'_>| column.heading.unit.as_deref().and_then(unit_named);
+    let mut of_time = (0..columns.len()).filter(|at| unit(&columns[*at]).is_some_and(|unit| unit.si == "s"));
+    let only = of_time.next().filter(|_| of_time.next().is_none())?;
+    let sample = &columns[only].seen.sample;
+    let rises = sample.len() > 2 && sample.is_sorted_by(|before, after| before < after);
+    (rises && columns[only].seen.kind == Kind::Number).then_some(only)
+}
+
+/// Whether a column is called by a unit of time alone, as `min`, and rises: a minimum does not.
+fn counts_long_units(column: &Column<'_>) -> bool {
+    let sample = &column.seen.sample;
+    let rises = sample.len() > 1 && sample.is_sorted_by(|before, after| before < after);
+    column.seen.kind == Kind::Number && rises && clock::long_unit(&column.heading.name).is_some()
 }
 
 /// The first column with a word for time in its name whose numbers rise from row to row:
@@ -176,6 +198,10 @@ fn clock_at(
         notes.push(format!("the numbers of `{}` are days since {}", column.heading.name, days.since));
         return Ok(Clock::Stamps(vec![(at, days.form())]));
     }
+    if let Some((form, since)) = ticks(&column.seen.sample).filter(|_| unit.is_none()) {
+        notes.push(format!("the numbers of `{}` are ticks of 100 ns since {since}", column.heading.name));
+        return Ok(Clock::Stamps(vec![(at, form)]));
+    }
     let unit = unit_at(source, column, at, said, notes)?;
     if matches!(column.seen.kind, Kind::Stamp(Form::Hex(_))) {
         return Ok(Clock::Stamps(vec![(at, Form::Hex(count_ns(unit)))]));
@@ -199,7 +225,7 @@ fn since_a_date(heading: &Heading) -> Option<Form> {
 fn stated_unit(heading: &Heading) -> Option<Unit> {
     match &heading.unit {
         Some(text) => unit_named(text).filter(|unit| unit.si == "s"),
-        None => clock::ending(&heading.name),
+        None => clock::ending(&heading.name).or_else(|| clock::long_unit(&heading.name)),
     }
 }
 

@@ -70,6 +70,20 @@ fn time_of_digits(whole: i64, part: f64) -> Option<Stamp> {
     is_time.then_some(Stamp { day: 0, within_ns })
 }
 
+/// Whether numbers are hours, minutes and seconds by more than their size: zeros lead them, or they
+/// jump from second 59 to the next minute, where the times do not jump.
+pub(super) fn carries_at_60<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> bool {
+    const JUMP: f64 = 40.0;
+    if cells.clone().any(|cell| cell.trim().starts_with('0')) {
+        return true;
+    }
+    let numbers: Vec<f64> = cells.clone().filter_map(|cell| cell.trim().parse().ok()).collect();
+    let of_day = |cell: &str| of_cell(Form::TimeOfDigits, cell.trim()).map(|stamp| stamp.since_s(0));
+    let times: Vec<f64> = cells.filter_map(of_day).collect();
+    let steps = |of: &[f64]| of.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    steps(&numbers) > JUMP && steps(&times) < steps(&numbers) - 0.9 * JUMP
+}
+
 /// The stamp of a row whose time stands in several columns, day and nanoseconds not carried.
 pub(crate) fn sum(parts: impl Iterator<Item = (Form, Stamp)>) -> Stamp {
     let (mut total, mut year, mut month) = (Stamp { day: 0, within_ns: 0 }, None, None);

@@ -69,7 +69,7 @@ impl Word {
             "t" => return Some(Word::Time),
             "am" => return Some(Word::Afternoon(false)),
             "pm" => return Some(Word::Afternoon(true)),
-            "day" | "days" => return Some(Word::Days),
+            "day" | "days" | "d" => return Some(Word::Days),
             _ => {}
         }
         let named = |name: &&str| small.chars().count() >= 3 && name.starts_with(&small);
