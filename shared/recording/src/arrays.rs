@@ -16,9 +16,22 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// A matrix with more columns is no set of channels.
 const MATRIX_COLUMNS_MAX: usize = 64;
-/// Names of a scalar that is a rate \[Hz\], and of one that is an interval \[s\].
-const RATES: [&str; 3] = ["Fs", "fs", "sample_rate"];
-const INTERVALS: [&str; 2] = ["dt", "Ts"];
+/// Names of a scalar that is a rate \[Hz\] and of one that is an interval \[s\], in small letters
+/// without signs between them.
+const RATES: [&str; 10] = [
+    "fs",
+    "sfreq",
+    "srate",
+    "samplerate",
+    "sampleratehz",
+    "samplingrate",
+    "samplingratehz",
+    "samplefrequency",
+    "samplingfrequency",
+    "samplingfreq",
+];
+const INTERVALS: [&str; 7] =
+    ["dt", "deltat", "sampletime", "sampleperiod", "samplingperiod", "sampleinterval", "samplinginterval"];
 /// An array of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Array {
@@ -254,15 +267,28 @@ fn note(left_out: &[&(String, String)]) -> Option<String> {
 
 /// Whether a scalar with this name may state the interval of the rows.
 pub(crate) fn is_rate_or_interval(name: &str) -> bool {
-    RATES.contains(&name) || INTERVALS.contains(&name)
+    states_rate(name) || states_interval(name)
+}
+
+fn states_rate(name: &str) -> bool {
+    RATES.contains(&plain(name).as_str())
+}
+
+/// `ts` in small letters is a time stamp.
+fn states_interval(name: &str) -> bool {
+    name == "Ts" || INTERVALS.contains(&plain(name).as_str())
+}
+
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
 /// The interval that a scalar states \[s\].
 fn interval(scalar: &Array) -> Option<f64> {
     let value = *scalar.values.first()?;
-    let interval_s = if RATES.contains(&scalar.name.as_str()) {
+    let interval_s = if states_rate(&scalar.name) {
         1.0 / value
-    } else if INTERVALS.contains(&scalar.name.as_str()) {
+    } else if states_interval(&scalar.name) {
         value
     } else {
         return None;

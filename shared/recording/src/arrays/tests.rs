@@ -65,6 +65,23 @@ fn a_scalar_rate_is_the_axis_only_where_no_array_of_times_is() {
 }
 
 #[test]
+fn a_scalar_states_the_rate_or_the_interval_under_every_usual_name() {
+    let stated = |name: &str, value: f64| {
+        let scalar = Array { values: vec![value], ..array("", name, &[1]) };
+        datasets(vec![array("", "x", &[4]), scalar]).remove(0).axis
+    };
+    for name in ["Fs", "fs", "sample_rate", "SampleRate", "sampling_rate", "samplingFrequency", "sample_rate_hz"] {
+        assert_eq!(stated(name, 250.0), Axis::Uniform { start_s: 0.0, interval_s: 0.004 }, "{name}");
+    }
+    for name in ["dt", "Ts", "deltaT", "sample_time", "SamplePeriod", "sampling_interval"] {
+        assert_eq!(stated(name, 0.004), Axis::Uniform { start_s: 0.0, interval_s: 0.004 }, "{name}");
+    }
+    for name in ["ts", "rate", "sample_rate_khz", "t", "samples"] {
+        assert_eq!(stated(name, 250.0), Axis::Unknown, "{name}");
+    }
+}
+
+#[test]
 fn a_rate_that_is_no_rate_is_left_out() {
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let mut rate = array("", "fs", &[1]);
