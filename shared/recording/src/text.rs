@@ -6,6 +6,7 @@ pub(crate) mod cells;
 pub(crate) mod dialect;
 pub(crate) mod encoding;
 pub(crate) mod foreign;
+mod groups;
 mod header;
 pub(crate) mod interval;
 pub(crate) mod layout;
@@ -14,6 +15,7 @@ mod motion_capture;
 pub(crate) mod number;
 pub(crate) mod quantity;
 pub(crate) mod signs;
+mod trajectories;
 mod units_lines;
 
 pub(crate) use crate::intake::stamps;

@@ -9,7 +9,9 @@ pub fn plain(text: &str) -> String {
     let mut plain = String::new();
     let mut raised = false;
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    for c in without_brackets(&text).chars() {
+    // what a meter says of a voltage or a current: `V DC`
+    let text = [" DC", " AC", " RMS", " rms"].iter().find_map(|of| text.strip_suffix(of)).unwrap_or(&text);
+    for c in without_brackets(text).chars() {
         let power = superscript(c);
         if power.is_some() && !raised {
             plain.push('^');

@@ -1,6 +1,7 @@
 //! Headers of columns as programs write them: `name [unit]`, `name (unit)`, `name / unit`,
 //! `name, unit`, `name_unit`.
 
+use super::clock;
 use super::quantities::{ending_of, in_view_of, is_unit_of};
 use crate::units::unit_named;
 use std::collections::HashMap;
@@ -54,11 +55,22 @@ pub(crate) fn headings<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<Heading>
     texts.iter().filter_map(|text| without_letter(text)).for_each(|stem| *lettered.entry(stem).or_default() += 1);
     let of_letters =
         |text: &str| without_letter(text).and_then(|stem| lettered.get(stem)).is_some_and(|count| *count > 1);
+    let is_clock = |of: Heading| clock::rank(&of.name).is_some() && of.unit.is_some_and(|unit| unit == "s");
+    let divided_by_slashes = texts.iter().filter_map(|text| slashed(text)).any(is_clock);
     let of = |text: &String| {
         let is_label = of_labels(text) || of_letters(text);
-        if is_label { Heading { name: text.clone(), unit: None } } else { heading(text) }
+        let by_slash = slashed(text).filter(|_| divided_by_slashes);
+        if is_label { Heading { name: text.clone(), unit: None } } else { by_slash.unwrap_or_else(|| heading(text)) }
     };
     texts.iter().map(of).collect()
+}
+
+/// `I/mA`: name and unit of a table whose clock is divided so, `time/s`.
+fn slashed(text: &str) -> Option<Heading> {
+    let (name, unit) = text.split_once('/').map(|(name, unit)| (name.trim(), unit.trim()))?;
+    let is_unit = !unit.is_empty() && !is_number(unit) && unit_named(&in_view_of(name, unit)).is_some();
+    let is_name = !name.is_empty() && !name.contains(['[', '(', ' ', ',']);
+    (is_unit && is_name).then(|| Heading { name: name.into(), unit: Some(in_view_of(name, unit)) })
 }
 
 /// The name before a letter at its end: `temp` of `temp_C`, which `temp_A` makes a third sensor.
@@ -83,7 +95,9 @@ fn parted(text: &str) -> Option<(&str, &str)> {
 
 /// Name and unit of a header without marks.
 fn divided(text: &str) -> Heading {
-    let stated = |name: &str, unit: &str| Heading { name: name.trim().into(), unit: Some(unit.trim().into()) };
+    // `Rate / (rad/s)`
+    let bare = |name: &str| name.trim().trim_end_matches(['/', ',']).trim().to_owned();
+    let stated = |name: &str, unit: &str| Heading { name: bare(name), unit: Some(unit.trim().into()) };
     if let (name, Some(unit)) = bracketed(text) {
         return match unit {
             "?" => Heading { name: name.into(), unit: None },
@@ -106,6 +120,10 @@ fn divided(text: &str) -> Heading {
         if let Some((name, unit)) = text.rsplit_once(separator).filter(|(_, unit)| known(unit)) {
             return stated(name, unit);
         }
+    }
+    // `in s`, the axis of an oscilloscope
+    if let Some(unit) = text.strip_prefix("in ").filter(|unit| known(unit)) {
+        return stated("", unit);
     }
     // `Rate,rad/s` in a file that no comma divides
     if let Some((name, unit)) = text.split_once(',').filter(|(name, unit)| known(unit) && !name.trim().is_empty()) {

@@ -54,6 +54,7 @@ impl Above {
         let under_names = units_at.map(|at| candidates[at].clone()).filter(|line| !of_the_table(line));
         let names = labelled_names(&candidates, dialect)
             .or_else(|| names_of(candidates, units_at))
+            .map(|(line, cells)| (line, without_label(cells, width)))
             .map(|names| with_index(names, lines, &own));
         let called = names.as_ref().map_or_else(|| vec![String::new(); width], |(_, cells)| cells.clone());
         let all: Vec<Vec<String>> = lines
@@ -74,28 +75,35 @@ impl Above {
     }
 }
 
+/// Whether a cell is a word for the names behind it.
+fn is_of_names(cell: &str) -> bool {
+    let letters: String = cell.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect();
+    matches!(
+        letters.as_str(),
+        "tracename" | "channelname" | "channelnames" | "channeltitle" | "signalname" | "signalnames" | "columnnames"
+    )
+}
+
+/// The names without a label before them, which the rows do not have: `*CHANNEL;TIME;ACC x`.
+fn without_label(mut names: Vec<String>, width: usize) -> Vec<String> {
+    let is_full = names.len() == width + 1 && names.iter().all(|name| !name.is_empty());
+    if is_full && (names[0].starts_with('*') || is_of_names(&names[0])) {
+        names.remove(0);
+    }
+    names
+}
+
 /// The names behind a word for them, `TraceName,CH1,CH2`, where no line names a clock.
 fn labelled_names(candidates: &[Line], dialect: Dialect) -> Option<Line> {
     if candidates.iter().any(names_a_clock) {
         return None;
     }
-    let word = |cell: &String| {
-        let letters: String = cell.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect();
-        matches!(
-            letters.as_str(),
-            "tracename"
-                | "channelname"
-                | "channelnames"
-                | "channeltitle"
-                | "signalname"
-                | "signalnames"
-                | "columnnames"
-        )
+    let are_names = |(_, cells): &&Line| {
+        is_of_names(&cells[0])
+            && cells[1..].iter().all(|cell| !dialect.is_value(cell))
+            && cells.iter().all(|c| !c.is_empty())
     };
-    let is_of_names = |(_, cells): &&Line| {
-        word(&cells[0]) && cells[1..].iter().all(|cell| !dialect.is_value(cell)) && cells.iter().all(|c| !c.is_empty())
-    };
-    let (line, cells) = candidates.iter().rfind(is_of_names)?;
+    let (line, cells) = candidates.iter().rfind(are_names)?;
     let mut cells = cells.clone();
     cells[0].clear();
     Some((*line, cells))
@@ -134,7 +142,13 @@ fn with_index((line, mut cells): Line, lines: &[(u64, String)], own: impl Fn(&st
 fn candidates(lines: &[(u64, String)], width: usize, cells: impl Fn(&str) -> Vec<String>) -> Vec<Line> {
     let fits = |cells: &Vec<String>| {
         let named = cells.iter().filter(|cell| !cell.is_empty()).count();
-        cells.len() <= width + 1 && cells.len() + 1 >= width && named > 0 && (named > 1 || width <= 2)
+        let is_name = |cell: &String| cell.contains(char::is_alphanumeric) && !is_stamp(cell);
+        // neither lines of dashes nor of dates are names
+        cells.iter().any(is_name)
+            && cells.len() <= width + 1
+            && cells.len() + 1 >= width
+            && named > 0
+            && (named > 1 || width <= 2)
     };
     let all = lines.iter().map(|(line, text)| (*line, cells(unmarked(text))));
     let mut all: Vec<Line> = all.filter(|(_, cells)| fits(cells)).collect();
@@ -222,6 +236,10 @@ fn is_setting(cells: &[String]) -> bool {
     !numbers.is_empty() && 2 * numbers.len() >= cells.len() && !called
 }
 
+fn is_stamp(cell: &str) -> bool {
+    cell.contains([':', '/', '-', '.']) && cell.contains(|c: char| c.is_ascii_digit()) && Form::is_of(cell)
+}
+
 fn is_clock(cell: &str) -> bool {
     rank(&heading(cell).name).is_some()
 }
@@ -230,7 +248,7 @@ fn is_clock(cell: &str) -> bool {
 fn names_a_clock((_, cells): &Line) -> bool {
     let is_value = |cell: &String| {
         let of_signs = cell.contains([':', '/', '.']) && cell.contains(|c: char| c.is_ascii_digit());
-        of_signs && (is_bare(cell) || Form::is_of(cell))
+        (of_signs && is_bare(cell)) || is_stamp(cell)
     };
     !cells.iter().any(is_value) && cells.iter().any(|cell| is_clock(cell))
 }

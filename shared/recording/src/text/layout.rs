@@ -7,11 +7,13 @@
 
 use super::beside::beside;
 use super::dialect::{COLUMNS, Dialect, filled, is_missing, is_of_remarks, is_remark, label};
+use super::groups::groups;
 use super::header::Above;
 use super::interval::{Interval, stated_interval};
 use super::motion_capture::motion_capture;
 use super::number::number;
 use super::signs::{Evidences, Signs};
+use super::trajectories::trajectories;
 
 /// What was seen of a file before its first row was taken.
 #[derive(Clone, Debug)]
@@ -39,7 +41,8 @@ const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
 
 /// What is seen of the lines `ahead`; `None` where no separator gives a line of values.
 pub(crate) fn layout(ahead: &[(u64, String)]) -> Option<Layout> {
-    if let Some(layout) = beside(ahead).or_else(|| motion_capture(ahead)) {
+    let known = beside(ahead).or_else(|| motion_capture(ahead)).or_else(|| trajectories(ahead));
+    if let Some(layout) = known.or_else(|| groups(ahead)) {
         return Some(layout);
     }
     let mut best: Option<(f64, Dialect, Option<String>)> = None;
@@ -195,8 +198,18 @@ fn laid_out(ahead: &[(u64, String)], dialect: Dialect) -> Option<Layout> {
     let begins_as_row = |cells: &Vec<String>| {
         cells.len() == width && valued.first().is_some_and(|column| dialect.is_value(&cells[*column]))
     };
-    let whole = split.iter().position(|(_, cells)| is_row(cells))?;
-    let begun = split[..whole].iter().rev().take_while(|(_, cells)| begins_as_row(cells)).count();
+    // a line of numbers within the preamble has a line of texts below it, one of rates states units
+    let states_units =
+        |cells: &[String]| valued.iter().all(|at| cells.get(*at).is_some_and(|cell| dialect.is_quantity(cell)));
+    let units_throughout = split.last().is_some_and(|(_, cells)| states_units(cells));
+    let goes_on = |at: usize| split.get(at + 1).is_none_or(|(_, cells)| is_row(cells) || begins_as_row(cells));
+    let is_first = |at: &usize| {
+        let cells = &split[*at].1;
+        is_row(cells) && goes_on(*at) && (units_throughout || !states_units(cells))
+    };
+    let whole = (0..split.len()).find(is_first).or_else(|| split.iter().position(|(_, cells)| is_row(cells)))?;
+    let begins = |cells: &Vec<String>| begins_as_row(cells) && (units_throughout || !states_units(cells));
+    let begun = split[..whole].iter().rev().take_while(|(_, cells)| begins(cells)).count();
     let first = split[whole - begun].0;
     let rows: Vec<Vec<String>> =
         split[whole..].iter().filter(|(_, cells)| is_row(cells)).map(|(_, cells)| cells.clone()).collect();

@@ -35,6 +35,7 @@ mod shapes;
 mod spectra_and_segments;
 mod stamps;
 mod stamps_and_headers;
+mod strangers;
 mod structured;
 mod tables;
 mod uff_models;
