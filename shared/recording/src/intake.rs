@@ -12,6 +12,7 @@
 mod assignment;
 pub(crate) mod clock;
 pub(crate) mod day_counts;
+pub(crate) mod guessed_unit;
 pub(crate) mod join;
 pub(crate) mod listing;
 mod map_file;

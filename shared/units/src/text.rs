@@ -9,6 +9,8 @@ pub fn plain(text: &str) -> String {
     let mut plain = String::new();
     let mut raised = false;
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    // UTF-8 that was read as Latin-1: `Â°`
+    let text = text.replace("Â", "");
     // what a meter says of a voltage or a current: `V DC`
     let text = [" DC", " AC", " RMS", " rms"].iter().find_map(|of| text.strip_suffix(of)).unwrap_or(&text);
     for c in without_brackets(text).chars() {

@@ -71,6 +71,16 @@ pub(crate) fn ticks(samples: &[f64]) -> Option<(Form, &'static str)> {
     whole.then_some((Form::Since(100, Stamp { day: of.1, within_ns: 0 }), of.2))
 }
 
+/// Whether numbers may be times of a day as parts of it: within a day and not at its beginning, in
+/// steps of whole milliseconds of a day that are no short number of seconds.
+pub(crate) fn may_be_parts_of_a_day(samples: &[f64], step: f64) -> bool {
+    const MS: f64 = 86_400_000.0;
+    const LONGEST_STEP: f64 = 1e-4;
+    let is_whole = |value: f64| value >= 0.5 && (value - value.round()).abs() < 2e-3 * value.max(1.0);
+    let within = samples.iter().all(|value| (0.01..1.0).contains(value));
+    within && step < LONGEST_STEP && is_whole(step * MS) && !is_whole(step * 1e6)
+}
+
 /// Whether a name is one of a count of days.
 pub(crate) fn is_named(name: &str) -> bool {
     let words = words_of(name);

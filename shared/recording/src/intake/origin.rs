@@ -46,8 +46,12 @@ pub(crate) fn split(whole: i128) -> (f64, f64) {
     (nearest, (whole - nearest as i128) as f64)
 }
 
-/// A number of a text likewise: whole digits and their fraction; `None` in another notation.
+/// A number of a text likewise: whole digits and their fraction, with an exponent or without;
+/// `None` in another notation.
 pub(crate) fn split_text(text: &str) -> Option<(f64, f64)> {
+    if let Some((mantissa, exponent)) = text.split_once(['e', 'E']) {
+        return split_text(&without_exponent(mantissa, exponent.parse().ok()?)?);
+    }
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     if whole.is_empty() || whole.len() > 30 || !digits(whole) || !digits(fraction) {
@@ -56,6 +60,14 @@ pub(crate) fn split_text(text: &str) -> Option<(f64, f64)> {
     let (nearest, rest) = split(whole.parse().ok()?);
     let fraction: f64 = if fraction.is_empty() { 0.0 } else { format!("0.{fraction}").parse().ok()? };
     Some((nearest, rest + fraction))
+}
+
+/// `1.70965`, 4 as `17096.5`; `None` where the point would move in front of the digits, or far.
+fn without_exponent(mantissa: &str, exponent: i32) -> Option<String> {
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let moved = usize::try_from(exponent).ok().filter(|moved| *moved <= 30 && !whole.is_empty())?;
+    let (ahead, behind) = fraction.split_at_checked(moved.min(fraction.len()))?;
+    Some(format!("{whole}{ahead}{}.{behind}", "0".repeat(moved - ahead.len())))
 }
 
 /// What seconds as an `f64` do not hold of `count / per_s`.
@@ -107,6 +119,10 @@ mod tests {
     fn a_text_is_split_at_its_point() {
         assert_eq!(split_text("1700000000123456789"), Some((1.700_000_000_123_456_8e18, 21.0)));
         assert_eq!(split_text("1700000000.25"), Some((1.7e9, 0.25)));
-        assert_eq!([split_text("1.7e9"), split_text("-3"), split_text(""), split_text("0x1")], [None; 4]);
+        assert_eq!(split_text("1.70000000025E+9"), Some((1.7e9, 0.25)));
+        assert_eq!(split_text("1.70965e12"), Some((1_709_650_000_000.0, 0.0)));
+        for text in ["-3", "", "0x1", "1.7e-9", "e9", "1e99"] {
+            assert_eq!(split_text(text), None, "{text}");
+        }
     }
 }

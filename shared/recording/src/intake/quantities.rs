@@ -92,7 +92,7 @@ impl Quantity {
 /// mass, degrees Celsius of a temperature, gauss of a magnetic field, pounds of a force.
 pub(crate) fn in_view_of(name: &str, text: &str) -> String {
     // every other unit is one thing alone
-    const OF_TWO: &[&str] = &["g", "mg", "ug", "lb", "lbs", "C", "F", "G", "mG", "uG", "NM"];
+    const OF_TWO: &[&str] = &["g", "mg", "ug", "lb", "lbs", "C", "F", "G", "mG", "uG", "NM", "nm"];
     let plain = units::plain(text);
     if !OF_TWO.contains(&plain.as_str()) {
         return text.to_owned();
@@ -114,7 +114,7 @@ pub(crate) fn in_view_of(name: &str, text: &str) -> String {
         (Some(MagneticField), "uG") => "ugauss",
         (Some(Acceleration), "G") => "g",
         (Some(Acceleration), "mG") => "mg",
-        (Some(Torque), "NM") => "N*m",
+        (Some(Torque), "NM" | "nm") => "N*m",
         _ => text,
     };
     spelled.to_owned()

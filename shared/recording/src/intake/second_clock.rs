@@ -2,6 +2,7 @@
 //! file puts channels with clocks of their own side by side, or other clocks of the same rows.
 
 use super::clock::{self, EPOCH_S};
+use super::guessed_unit;
 use super::names::heading;
 use super::plan::{Clock, Kind, Planned, Seen};
 use crate::error::RecordingError;
@@ -61,7 +62,7 @@ fn unit_of_clock(seen: &Seen, of: &Planned) -> Option<Unit> {
     let stated = (of.unit.si == "s").then_some(of.unit);
     let silent = of.unit_in_file.is_empty();
     stated.or_else(|| clock::ending(&name).filter(|_| silent)).or_else(|| {
-        let (unit, _) = clock::guessed(&name, &seen.sample).ok()?;
+        let (unit, _) = guessed_unit::guessed(&name, &seen.sample).ok()?;
         silent.then_some(unit)
     })
 }

@@ -29,7 +29,7 @@ type Line = (u64, Vec<String>);
 impl Above {
     /// Of `lines` above rows with `width` cells.
     pub fn of(lines: &[(u64, String)], dialect: Dialect, width: usize) -> Self {
-        Above::with_cells(lines, dialect, width, |text| own_cells(text, dialect, width))
+        Above::with_cells(lines, dialect, width, |text| own_cells(without_mark(text, dialect), dialect, width))
     }
 
     /// Of `lines` above rows with `width` cells, without the cells beside the names.
@@ -164,6 +164,13 @@ pub(super) fn unmarked(text: &str) -> &str {
     if is_remark(text) { text.trim_start_matches(['#', '%']).trim_start() } else { text }
 }
 
+/// A line without a mark of a remark that is none everywhere: `! t, w` and, where no semicolon
+/// divides, `; t w`.
+fn without_mark(text: &str, dialect: Dialect) -> &str {
+    let mark = |c: char| c == '!' || (c == ';' && dialect.separator != b';');
+    text.strip_prefix(mark).map_or(text, str::trim_start)
+}
+
 /// The cells of a line that is divided as the rows are. A blank divides no bracket, and no unit in
 /// a bracket from its name; where it divides the rows, the names may be divided by more.
 fn own_cells(text: &str, dialect: Dialect, width: usize) -> Vec<String> {
@@ -246,6 +253,11 @@ fn is_clock(cell: &str) -> bool {
 
 /// Whether a cell names a clock and none is a value, as that of `Time:,14:59:58` is.
 fn names_a_clock((_, cells): &Line) -> bool {
+    are_names_with_clock(cells)
+}
+
+/// As [`names_a_clock`], of cells.
+pub(super) fn are_names_with_clock(cells: &[String]) -> bool {
     let is_value = |cell: &String| {
         let of_signs = cell.contains([':', '/', '.']) && cell.contains(|c: char| c.is_ascii_digit());
         (of_signs && is_bare(cell)) || is_stamp(cell)
@@ -269,5 +281,11 @@ fn are_units(lines: &[Line], at: usize) -> bool {
     let units = known(cells);
     let of_above = at.checked_sub(1).map(|above| known(&lines[above].1));
     let names = cells.iter().any(|cell| !is_unit(cell) && heading(cell).unit.is_some_and(|unit| is_unit(&unit)));
-    units > 0 && !names && 2 * units >= stated && of_above.is_some_and(|above| units > above)
+    // `Sample Rate, 0.1, kHz`
+    let is_other_number = |cell: &String| cell.parse::<f64>().is_ok_and(|number| number != 1.0);
+    units > 0
+        && !names
+        && !cells.iter().any(is_other_number)
+        && 2 * units >= stated
+        && of_above.is_some_and(|above| units > above)
 }

@@ -52,14 +52,20 @@ fn pair(cells: &[String], k: usize, cell: &str, below: Option<&Vec<String>>) -> 
     }
     says(cell)?;
     let starts_a_number = |value: &&String| value.contains(|c: char| c.is_ascii_digit());
-    let next = cells[k + 1..].iter().find(|value| !value.trim().is_empty()).filter(starts_a_number);
-    let value = next.or_else(|| below?.get(k).filter(starts_a_number))?;
-    Some((cell.to_owned(), value.clone()))
+    let next = (k + 1..cells.len()).find(|at| !cells[*at].trim().is_empty());
+    if let Some(at) = next.filter(|at| starts_a_number(&&cells[*at])) {
+        // `Sample Rate,1,kHz`
+        let unit = cells.get(at + 1).filter(|unit| unit_of_ending(unit).is_some()).map_or("", String::as_str);
+        return Some((cell.to_owned(), format!("{} {unit}", cells[at]).trim().to_owned()));
+    }
+    Some((cell.to_owned(), below?.get(k).filter(starts_a_number)?.clone()))
 }
 
 /// `key: value` and `key = value`.
 fn heading_and_value(text: &str) -> Option<(String, String)> {
-    let (key, value) = text.split_once(['=', ':'])?;
+    // `Recording rate 100 Hz`
+    let by_number = || text.find(|c: char| c.is_ascii_digit()).map(|at| text.split_at(at));
+    let (key, value) = text.split_once(['=', ':']).or_else(by_number)?;
     (says(key).is_some() && !value.trim().is_empty()).then(|| (key.trim().to_owned(), value.trim().to_owned()))
 }
 
@@ -67,8 +73,7 @@ fn interval(line: u64, at: usize, key: &str, value: &str, dialect: Dialect) -> O
     let says = says(key)?;
     // `Analog:0.01`
     let text = value.rsplit_once(':').map_or(value, |(_, value)| value).trim();
-    let of_samples =
-        ["samples/s", "Samples/s", "samples/sec", "Sa/s", "S/s"].iter().find_map(|unit| text.strip_suffix(unit));
+    let of_samples = OF_SAMPLES.iter().find_map(|unit| text.strip_suffix(unit));
     let text = of_samples.map_or_else(|| text.to_owned(), |value| format!("{value}Hz"));
     let text = text.as_str();
     let stated = quantity(text, dialect.signs);
@@ -77,6 +82,9 @@ fn interval(line: u64, at: usize, key: &str, value: &str, dialect: Dialect) -> O
         || key.rsplit_once('_').filter(|(_, unit)| unit_of_ending(unit).is_some()).map(|(_, unit)| unit.into());
     let unit = stated.map(|stated| stated.unit.to_owned()).or_else(|| heading(key).unit).or_else(ending);
     let open = unit.is_none() && says == Says::Interval && !is_of_instruments(key);
+    if unit.is_none() && needs_unit(key) {
+        return None;
+    }
     let without_unit = text.parse().ok().filter(|whole| open && *whole > 0);
     let unit =
         unit.as_deref().and_then(unit_named).or_else(|| unit_named(if says == Says::Rate { "Hz" } else { "s" }))?;
@@ -85,9 +93,34 @@ fn interval(line: u64, at: usize, key: &str, value: &str, dialect: Dialect) -> O
     Some(Interval { seconds, stated, at, without_unit })
 }
 
+/// Rates by what is counted.
+const OF_SAMPLES: &[&str] = &[
+    "samples/sec",
+    "samples/s",
+    "Samples/s",
+    "samples per second",
+    "scans/sec",
+    "scans/s",
+    "points/s",
+    "pts/s",
+    "Sa/s",
+    "S/s",
+];
+
+/// Keys that name an interval or a rate where a unit says so alone.
+const WITH_UNIT: &[&str] = &["sampling", "rate", "period", "periode", "messrate", "odr", "outputdatarate"];
+
+fn needs_unit(key: &str) -> bool {
+    WITH_UNIT.contains(&plain(&heading(key.trim()).name).as_str())
+}
+
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
 /// Whether instruments alone write a key: in seconds, whatever the number.
 fn is_of_instruments(key: &str) -> bool {
-    let letters = key.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect::<String>();
+    let letters = plain(key);
     ["xinc", "tinc", "deltax", "dx", "wfincrement", "increment", "deltat"].iter().any(|word| letters.starts_with(word))
 }
 
@@ -110,7 +143,7 @@ fn unit_of_ending(text: &str) -> Option<Unit> {
 fn says(key: &str) -> Option<Says> {
     let name = heading(key.trim().trim_end_matches([':', '='])).name;
     let name = name.split(['[', '(']).next().unwrap_or_default();
-    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    let plain = plain(name);
     // `sample_rate_hz`
     let of_unit = name.rsplit_once('_').filter(|(_, unit)| unit_of_ending(unit).is_some());
     if let Some(says) = of_unit.and_then(|(name, _)| says(name)) {
@@ -120,9 +153,9 @@ fn says(key: &str) -> Option<Says> {
         return None;
     }
     let is_of = |words: &[&str]| words.iter().any(|word| plain == *word || (word.len() > 8 && plain.ends_with(word)));
-    if is_of(INTERVALS) {
+    if is_of(INTERVALS) || name.trim() == "Ts" {
         Some(Says::Interval)
-    } else if is_of(RATES) {
+    } else if is_of(RATES) || WITH_UNIT.contains(&plain.as_str()) {
         Some(Says::Rate)
     } else {
         None
@@ -161,6 +194,7 @@ const INTERVALS: &[&str] = &[
 
 const RATES: &[&str] = &[
     "fs",
+    "samplespersecond",
     "samplerate",
     "samplesrate",
     "samplingrate",

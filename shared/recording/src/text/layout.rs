@@ -8,7 +8,7 @@
 use super::beside::beside;
 use super::dialect::{COLUMNS, Dialect, filled, is_missing, is_of_remarks, is_remark, label};
 use super::groups::groups;
-use super::header::Above;
+use super::header::{Above, are_names_with_clock};
 use super::interval::{Interval, stated_interval};
 use super::motion_capture::motion_capture;
 use super::number::number;
@@ -203,9 +203,10 @@ fn laid_out(ahead: &[(u64, String)], dialect: Dialect) -> Option<Layout> {
         |cells: &[String]| valued.iter().all(|at| cells.get(*at).is_some_and(|cell| dialect.is_quantity(cell)));
     let units_throughout = split.last().is_some_and(|(_, cells)| states_units(cells));
     let goes_on = |at: usize| split.get(at + 1).is_none_or(|(_, cells)| is_row(cells) || begins_as_row(cells));
+    let below_names = |at: usize| at > 0 && are_names_with_clock(&split[at - 1].1);
     let is_first = |at: &usize| {
         let cells = &split[*at].1;
-        is_row(cells) && goes_on(*at) && (units_throughout || !states_units(cells))
+        is_row(cells) && (goes_on(*at) || below_names(*at)) && (units_throughout || !states_units(cells))
     };
     let whole = (0..split.len()).find(is_first).or_else(|| split.iter().position(|(_, cells)| is_row(cells)))?;
     let begins = |cells: &Vec<String>| begins_as_row(cells) && (units_throughout || !states_units(cells));

@@ -76,10 +76,67 @@ fn a_whole_number_without_a_unit_is_no_interval_and_the_cure_says_it() {
         let text = format!("Device,X\n{key}\nTorque [Nm],Rate [rad/s]\n{}", rows(|k| format!("{},{}", a(k), b(k))));
         refused(key, &text, said);
     }
-    let stated = ["Sample interval (ms),10", "dt,0.01", "dt = 10 ms", "XInc,1e-2", "Sample rate,100", "dt_ms,10"];
+    let stated = [
+        "Sample interval (ms),10",
+        "dt,0.01",
+        "dt = 10 ms",
+        "XInc,1e-2",
+        "Sample rate,100",
+        "dt_ms,10",
+        "Sample Rate,0.1,kHz",
+        "dt,10,ms",
+        "Scan rate: 100 scans/s",
+        "Sampling rate: 100 samples per second",
+        "Ts = 0.01",
+        "Sampling: 100 Hz",
+        "Sampling,10ms",
+        "Periode: 10 ms",
+        "Recording rate 100 Hz",
+        "Output data rate: 100 Hz",
+        "ODR=100Hz",
+        "Rate: 100 Hz",
+        "Samples per second: 100",
+    ];
     for key in stated {
         let text = format!("Device,X\n{key}\nTorque [Nm],Rate [rad/s]\n{}", rows(|k| format!("{},{}", a(k), b(k))));
         holds(key, &text, 100.0, &[("Torque", "N*m", a(7)), ("Rate", "rad/s", b(7))]);
+    }
+}
+
+#[test]
+fn times_that_may_be_parts_of_a_day_are_asked_for_and_a_torque_is_in_no_nanometres() {
+    let of_day = |k: usize| 0.628_45 + 0.01 * k as f64 / 86_400.0;
+    let text = format!("Time,w\n{}", rows(|k| format!("{:.12},{}", of_day(k), a(k))));
+    refused("parts of a day", &text, "--time-column Time:d");
+    let text = format!("Time,w\n{}", rows(|k| format!("{:.12},{}", 0.5 + 1e-6 * k as f64, a(k))));
+    holds("a megahertz", &text, 1e6, &[("w", "?", a(7))]);
+    let text = format!("time [s],torque [nm],gap [nm]\n{}", two(","));
+    holds("newton metres", &text, 100.0, &[("torque", "N*m", a(7)), ("gap", "m", 1e-9 * b(7))]);
+}
+
+#[test]
+fn header_lines_may_begin_with_marks_that_are_remarks_elsewhere() {
+    for (mark, separator) in [("! ", " "), ("; ", " "), ("// ", ","), ("-- ", ","), ("!", "\t")] {
+        let text = format!("{mark}made by a logger\n{mark}t{separator}w{separator}u\n{}", two(separator));
+        holds("marked", &text, 100.0, &[("w", "?", a(7)), ("u", "?", b(7))]);
+    }
+}
+
+#[test]
+fn stamps_of_other_languages_and_with_exponents_are_read() {
+    type Stamp = fn(usize) -> String;
+    let cases: [(&str, f64, Stamp); 7] = [
+        ("시간", 1.0, |k| format!("2024-03-05 오후 3:{:02}:{:02}", 4 + k / 60, k % 60)),
+        ("时间", 1.0, |k| format!("2024/3/5 下午 3:{:02}:{:02}", 4 + k / 60, k % 60)),
+        ("Date", 1.0, |k| format!("5 mars 2024 15:{:02}:{:02}", 4 + k / 60, k % 60)),
+        ("Fecha", 1.0, |k| format!("05-ene-2024 15:{:02}:{:02}", 4 + k / 60, k % 60)),
+        ("Datum", 1.0, |k| format!("5. Juni 2024 15:{:02}:{:02}", 4 + k / 60, k % 60)),
+        ("Data", 1.0, |k| format!("5 giu 2024 15:{:02}:{:02}", 4 + k / 60, k % 60)),
+        ("time", 100.0, |k| format!("1.7096510{:02}{:02}E+09", 10 + k / 100, k % 100)),
+    ];
+    for (name, rate_hz, stamp) in cases {
+        let text = format!("{name};w [rad]\n{}", rows(|k| format!("{};{}", stamp(k), a(k))));
+        holds(name, &text, rate_hz, &[("w", "rad", a(7))]);
     }
 }
 
@@ -95,6 +152,10 @@ fn numbers_within_a_preamble_and_lines_of_rates_and_dashes_are_no_rows() {
     let results = "Results Table 1\n,Maximum Load (N)\n1,123.4\n\nTime,Extension,Load\n(s),(mm),(kN)\n\n";
     let text = format!("{results}{}", rows(|k| format!("\"{:.4}\",\"{}\",\"{}\"", 0.01 * k as f64, a(k), b(k))));
     holds("results", &text, 100.0, &[("Extension", "m", 1e-3 * a(7)), ("Load", "N", 1e3 * b(7))]);
+    // a remark behind the first row
+    let row = |k: usize| format!("{:.2},{}{}", 0.01 * k as f64, a(k), if k == 0 { "\nEVENT start" } else { "" });
+    let text = format!("time [s],torque [Nm]\n{}", rows(row));
+    holds("event", &text, 100.0, &[("torque", "N*m", a(7))]);
     let above = "                                      05 Mar 2024 15:04:58\nSatellite-Sat1:  Position\n\n\
                       Time (UTCG)              x (km)           y (km)\n\
                  ------------------------    -------------    -------------\n";

@@ -6,6 +6,7 @@ use crate::error::RecordingError;
 use crate::intake::Intake;
 use crate::intake::clock::{self, TimeColumn};
 use crate::intake::day_counts::{DayCount, ticks};
+use crate::intake::guessed_unit;
 use crate::intake::names::{cleaned, listed};
 use crate::intake::stamps::{Form, Order};
 use crate::rows::Axis;
@@ -107,8 +108,15 @@ fn clock_by_name(
     let first = || columns.first().filter(whatever).map(|_| 0);
     let best = best.or_else(|| columns.iter().position(holds_steps)).or_else(first);
     let long = || columns.first().filter(|first| counts_long_units(first)).map(|_| 0);
-    match best.or_else(long).or_else(|| only_of_time(columns)) {
-        Some(at) => clock_at(source, columns, at, None, notes).map(Some),
+    if let Some(at) = best {
+        return clock_at(source, columns, at, None, notes).map(Some);
+    }
+    match long().or_else(|| only_of_time(columns)) {
+        Some(at) => {
+            let name = printable(&columns[at].heading.name);
+            notes.push(format!("`{name}` is taken for the times: its unit is one of time and its numbers rise"));
+            clock_at(source, columns, at, None, notes).map(Some)
+        }
         None => rising_clock(source, columns, notes),
     }
 }
@@ -178,7 +186,7 @@ fn clock_at(
         }
         _ => {}
     }
-    if let Some(found) = clock::hopeless(&column.seen.sample) {
+    if let Some(found) = guessed_unit::hopeless(&column.seen.sample) {
         let cure = "export the file again with all digits of the time (a spreadsheet has rounded them)";
         return Err(RecordingError::BadClock {
             place: source.place(at, &column.seen.header),
@@ -256,7 +264,7 @@ fn unit_at(
             cure: format!("say the unit: --time-column {name}:us (or s, ms, ns, 100Hz)"),
         });
     }
-    let guessed = clock::guessed(name, &column.seen.sample);
+    let guessed = guessed_unit::guessed(name, &column.seen.sample);
     let (unit, note) = guessed.map_err(|(found, cure)| RecordingError::BadClock { place: place(), found, cure })?;
     notes.push(note);
     Ok(unit)

@@ -160,7 +160,8 @@ impl Reading {
                 return Some(after.strip_prefix('.').unwrap_or(after));
             }
             Word::Weekday => {}
-            Word::Afternoon(is) if self.clock == Some(Clock::Hours) => self.afternoon = Some(is),
+            // before the time in Korea, China and Japan
+            Word::Afternoon(is) if matches!(self.clock, None | Some(Clock::Hours)) => self.afternoon = Some(is),
             Word::Zone(seconds) if self.time.is_some() && self.zone_s.is_none() => self.zone_s = Some(seconds),
             Word::Time if self.date.is_some() && self.time.is_none() => {}
             Word::Days if self.month.is_none() && self.days.is_none() => {

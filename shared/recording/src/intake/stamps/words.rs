@@ -15,7 +15,45 @@ const MONTHS: [&str; 12] = [
     "december",
 ];
 /// Months that begin otherwise in other languages.
-const OTHER_MONTHS: &[(&str, u8)] = &[("mär", 3), ("mrz", 3), ("mai", 5), ("okt", 10), ("dez", 12), ("ago", 8)];
+const OTHER_MONTHS: &[(&str, u8)] = &[
+    ("janv", 1),
+    ("ene", 1),
+    ("gen", 1),
+    ("fév", 2),
+    ("fev", 2),
+    ("mär", 3),
+    ("mrz", 3),
+    ("mrt", 3),
+    ("mars", 3),
+    ("marz", 3),
+    ("maa", 3),
+    ("avr", 4),
+    ("abr", 4),
+    ("mai", 5),
+    ("mei", 5),
+    ("may", 5),
+    ("mag", 5),
+    ("juin", 6),
+    ("juni", 6),
+    ("giu", 6),
+    ("juil", 7),
+    ("juli", 7),
+    ("lug", 7),
+    ("aoû", 8),
+    ("aou", 8),
+    ("ago", 8),
+    ("augu", 8),
+    ("sept", 9),
+    ("set", 9),
+    ("okt", 10),
+    ("oct", 10),
+    ("ott", 10),
+    ("nov", 11),
+    ("dez", 12),
+    ("déc", 12),
+    ("dec", 12),
+    ("dic", 12),
+];
 const DAYS: [&str; 7] = ["monday", "tuesday", "wednesday", "thursday", "friday", "saturday", "sunday"];
 /// Zones by name, and how far they are ahead of UTC [min]; names of several zones are absent.
 const ZONES: &[(&str, i64)] = &[
@@ -67,8 +105,8 @@ impl Word {
         let small = word.to_lowercase();
         match small.as_str() {
             "t" => return Some(Word::Time),
-            "am" => return Some(Word::Afternoon(false)),
-            "pm" => return Some(Word::Afternoon(true)),
+            "am" | "오전" | "上午" | "午前" => return Some(Word::Afternoon(false)),
+            "pm" | "오후" | "下午" | "午後" => return Some(Word::Afternoon(true)),
             "day" | "days" | "d" => return Some(Word::Days),
             _ => {}
         }
