@@ -27,6 +27,7 @@ struct Named {
 fn name_all(functions: &[&Function], units: FileUnits, notes: &mut Vec<String>) -> Vec<Named> {
     let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     let mut without = Vec::new();
+    let mut assumed = Vec::new();
     let mut all = Vec::new();
     for function in functions {
         let stem = function.name();
@@ -38,14 +39,25 @@ fn name_all(functions: &[&Function], units: FileUnits, notes: &mut Vec<String>) 
             without.push(format!("{name} [{unit_in_file}]"));
             ("-", 1.0)
         });
+        if units.is_none() && is_without_unit(function) {
+            assumed.push(format!("{name} [{unit}]"));
+        }
         all.push(Named { name, kind: function.kind, unit, unit_in_file, to_si });
     }
+    let first = |of: &[String]| of[..of.len().min(4)].join(", ") + if of.len() > 4 { ", …" } else { "" };
     if !without.is_empty() {
-        let some = without.iter().take(4).cloned().collect::<Vec<_>>().join(", ");
-        let more = if without.len() > 4 { ", …" } else { "" };
-        notes.push(format!("units that are not known or not given, values as in the file: {some}{more}"));
+        notes.push(format!("units that are not known or not given, values as in the file: {}", first(&without)));
+    }
+    if !assumed.is_empty() {
+        notes.push(format!("neither labels nor a dataset 164 state units, SI is assumed: {}", first(&assumed)));
     }
     all
+}
+
+/// Whether the kind of a quantity alone says in what unit it may be.
+fn is_without_unit(function: &Function) -> bool {
+    let silent = |quantity: &Quantity| quantity.label().is_none() && quantity.si().is_some_and(|si| si != "-");
+    silent(&function.ordinate) || function.denominator.as_ref().is_some_and(silent)
 }
 
 /// SI unit and factor from the labels; where a label is empty, from the kind of quantity and

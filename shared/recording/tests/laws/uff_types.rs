@@ -63,6 +63,21 @@ fn powers_of_an_output_are_given_as_their_roots_in_the_unit_of_the_output() {
 }
 
 #[test]
+fn a_unit_that_neither_a_label_nor_a_dataset_states_is_assumed_with_a_note() {
+    let complex: Vec<f64> = [3.0, -4.0].repeat(5);
+    let silent = Dataset { ordinate: (12, "NONE"), ..RESPONSE };
+    let read = spectrum("silent.uff", silent.ascii(&complex).as_bytes());
+    assert!(
+        read.notes.iter().any(|note| note.contains("SI is assumed: ") && note.contains("m/s^2")),
+        "{:?}",
+        read.notes
+    );
+    let stated = Dataset { ordinate: (12, "m/s**2"), denominator: (13, "N"), ..RESPONSE };
+    let read = spectrum("stated.uff", stated.ascii(&complex).as_bytes());
+    assert!(read.notes.is_empty(), "{:?}", read.notes);
+}
+
+#[test]
 fn a_complex_spectrum_of_an_output_is_its_magnitude_and_a_cross_spectrum_over_an_input_a_response() {
     let complex: Vec<f64> = [3.0, -4.0].repeat(5);
     let of_output = Dataset { kind: 12, denominator: (0, "NONE"), ..RESPONSE };
