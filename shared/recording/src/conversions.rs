@@ -39,11 +39,14 @@ pub fn segments(imported: Imported) -> Result<Vec<SeriesSet>, RecordingError> {
     }
 }
 
-fn of_table(table: Table) -> SeriesSet {
+fn of_table(mut table: Table) -> SeriesSet {
     let mut set = SeriesSet::new(&table.file);
     (set.notes, set.origin_s) = (table.notes, table.origin_s);
-    for Column { name, unit, unit_in_file, values, .. } in table.columns {
-        set.push(Channel::new(&name, unit, table.time_s.clone(), values), &unit_in_file);
+    let last = table.columns.len().saturating_sub(1);
+    for (at, Column { name, unit, unit_in_file, values, .. }) in table.columns.into_iter().enumerate() {
+        // no copy of the times beside those of the channels
+        let time_s = if at == last { core::mem::take(&mut table.time_s) } else { table.time_s.clone() };
+        set.push(Channel::new(&name, unit, time_s, values), &unit_in_file);
     }
     set
 }
