@@ -1,6 +1,8 @@
 //! Texts of other programs that are no tables, known by their first lines.
 
 use super::motion_capture::motion_capture;
+use crate::intake::clock::rank;
+use crate::intake::names::heading;
 
 /// What a text is, and what to export instead.
 pub(crate) struct Foreign {
@@ -17,7 +19,7 @@ pub(crate) fn foreign(ahead: &[(u64, String)]) -> Option<Foreign> {
     let most = |is: &dyn Fn(&str) -> bool| 10 * lines.iter().filter(|line| is(line)).count() >= 8 * lines.len().max(1);
     let first = |is: &dyn Fn(&str) -> bool| lines.first().is_some_and(|line| is(line));
     let any = |is: &dyn Fn(&str) -> bool| lines.iter().any(|line| is(line));
-    let kinds: [(bool, &'static str, &'static str); 11] = [
+    let kinds: [(bool, &'static str, &'static str); 12] = [
         (
             any(&is_ardupilot),
             "an ArduPilot log as text, with messages of many kinds",
@@ -64,6 +66,11 @@ pub(crate) fn foreign(ahead: &[(u64, String)]) -> Option<Foreign> {
                 && motion_capture(ahead).is_none(),
             "an export of OptiTrack with names in several rows",
             "keep one row of names, `name [unit]`, with the column `Time (Seconds)`",
+        ),
+        (
+            lines.len() == ahead.len() && are_rows_of_channels(&lines),
+            "a table with a channel in each row and its name in front",
+            "turn it: in Python `pandas.read_csv(IN, header=None, index_col=0).T.to_csv(OUT, index=False)`",
         ),
         (first(&|line| line.starts_with("<?xml") || line.starts_with("<html")), "XML", "export a table as CSV"),
     ];
@@ -122,6 +129,21 @@ fn are_alike(lines: &[&str]) -> bool {
     };
     let behind_first = lines.get(1..).unwrap_or_default();
     behind_first.windows(2).all(|pair| keys(pair[0]) == keys(pair[1]))
+}
+
+/// `time,0,0.01,0.02,…` above `torque,1.5,1.6,1.7,…`
+fn are_rows_of_channels(lines: &[&str]) -> bool {
+    const SAMPLES_MIN: usize = 8;
+    let divided = |line: &&str| -> Option<(String, usize)> {
+        let mut cells = line.split([',', ';', '\t']).map(str::trim).filter(|cell| !cell.is_empty());
+        let name = cells.next().filter(|name| name.parse::<f64>().is_err())?;
+        let samples: Option<Vec<f64>> = cells.map(|cell| cell.parse().ok()).collect();
+        Some((heading(name).name, samples?.len()))
+    };
+    let Some(rows) = lines.iter().map(divided).collect::<Option<Vec<_>>>() else { return false };
+    let clocks = rows.iter().filter(|(name, _)| rank(name).is_some()).count();
+    let alike = rows.iter().all(|(_, samples)| *samples >= SAMPLES_MIN && *samples == rows[0].1);
+    rows.len() > 1 && clocks == 1 && alike
 }
 
 fn is_vicon(line: &str) -> bool {

@@ -28,6 +28,7 @@ mod real_recordings;
 mod recognised;
 mod replay_runs;
 mod replay_tables;
+mod replayed_clocks;
 mod run_channels;
 mod samples;
 mod series;

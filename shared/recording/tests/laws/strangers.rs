@@ -123,6 +123,15 @@ fn header_lines_may_begin_with_marks_that_are_remarks_elsewhere() {
 }
 
 #[test]
+fn a_table_with_a_channel_in_each_row_is_refused_with_the_way_to_turn_it() {
+    let row = |name: &str, of: &dyn Fn(usize) -> f64| {
+        format!("{name},{}\n", (0..60).map(|k| of(k).to_string()).collect::<Vec<_>>().join(","))
+    };
+    let text = row("time [s]", &|k| 0.01 * k as f64) + &row("torque [Nm]", &a) + &row("rate [rad/s]", &b);
+    refused("turned", &text, "turn it");
+}
+
+#[test]
 fn stamps_of_other_languages_and_with_exponents_are_read() {
     type Stamp = fn(usize) -> String;
     let cases: [(&str, f64, Stamp); 7] = [
