@@ -164,7 +164,7 @@ pub(super) fn unmarked(text: &str) -> &str {
     if is_remark(text) { text.trim_start_matches(['#', '%']).trim_start() } else { text }
 }
 
-/// A line without a mark of a remark that is none everywhere: `! t, w` and, where no semicolon
+/// A line without a mark that leads remarks in some files alone: `! t, w` and, where no semicolon
 /// divides, `; t w`.
 fn without_mark(text: &str, dialect: Dialect) -> &str {
     let mark = |c: char| c == '!' || (c == ';' && dialect.separator != b';');

@@ -42,6 +42,8 @@ fn holds(name: &str, text: &str, rate_hz: f64, channels: &[Channel<'_>]) -> Seri
             "{name}: {own} {}",
             channel.value[7]
         );
+        let span_s = channel.time_s[ROWS - 1] - channel.time_s[0];
+        assert!((span_s * rate_hz / (ROWS - 1) as f64 - 1.0).abs() < 1e-4, "{name}: {own} lasts {span_s} s");
         let found = channel.rate_hz().unwrap();
         assert!((found / rate_hz - 1.0).abs() < 1e-4, "{name}: {own} at {found} Hz: {:?}", set.notes);
     }

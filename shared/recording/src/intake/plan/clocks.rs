@@ -94,7 +94,7 @@ fn clock_by_name(
         clock::rank(&column.heading.name).or_else(|| (is_stamp || counts_ticks).then_some(4))
     };
     let ranked = columns.iter().enumerate().filter(|(_, column)| usable(column));
-    // a clock that stands still is none where another goes
+    // a clock that stands still gives way to one that goes
     let ranks = ranked.filter_map(|(at, column)| Some((column.seen.is_constant, rank(column)?, at)));
     let best = ranks.min().map(|(.., at)| at);
     for in_parts in [of_calendar(columns), of_gps(columns)].into_iter().flatten() {
