@@ -12,6 +12,7 @@ mod deaths;
 mod ended;
 mod give_up;
 mod hang;
+mod health;
 mod kill;
 mod kill_from_outside;
 mod limits;

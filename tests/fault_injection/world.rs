@@ -237,6 +237,11 @@ impl Run<'_> {
         self.wait_until(&format!("a process called {name}"), find)
     }
 
+    /// Whether the run's log has such a line.
+    pub fn said(&self, line: &str) -> bool {
+        lock(&self.log).iter().any(|said| said == line)
+    }
+
     /// Until every partition has done frames and told so, once a second.
     pub fn wait_for_housekeeping(&mut self) {
         self.wait_until("housekeeping of all partitions", |run| (run.statistics().len() == 6).then_some(()));

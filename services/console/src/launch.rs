@@ -111,6 +111,7 @@ fn show(report: &Report, progress: &Progress) {
             progress.note(&format!("no frame for {since_s:.1} s: {waits}; the services are made anew"))
         }
         Report::Window { partition, window } => progress.note(&format!("{partition}: CPU window: {window}")),
+        Report::Health(act) => progress.note(&act.to_string()),
         Report::GivenUp { partition } => progress.note(&format!("{partition} was given up")),
     }
 }

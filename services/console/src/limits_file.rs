@@ -28,9 +28,9 @@ pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, F
             limits.format
         )));
     }
-    let wrong = limits.rules.iter().find_map(|rule| rule.check().err()).or(limits.recording.check().err());
-    if let Some(wrong) = wrong {
-        let cure = "see deploy/partitions.toml for a rule and for [recording]";
+    let wrong = limits.rules.iter().find_map(|rule| rule.check().err()).or(limits.check_health().err());
+    if let Some(wrong) = wrong.or(limits.recording.check().err()) {
+        let cure = "see deploy/partitions.toml for [[rule]], [[health]] and [recording]";
         return Err(Failure::Input(miette::miette!(help = cure, "{file}: {wrong}")));
     }
     match limits.missing(partitions) {
@@ -57,6 +57,25 @@ mod tests {
     fn the_built_in_table_has_a_row_for_every_partition() {
         let limits = read(None, PartitionId::ALL).unwrap();
         assert_eq!(limits.missing(PartitionId::ALL), None);
+    }
+
+    /// The built-in table and `rows`.
+    fn with(rows: &str) -> Result<Limits, Failure> {
+        let path = std::env::temp_dir().join(format!("obsid-health-{}.toml", std::process::id()));
+        std::fs::write(&path, format!("{DEFAULT}\n{rows}")).unwrap();
+        let limits = read(Some(&path), PartitionId::ALL);
+        std::fs::remove_file(&path).unwrap();
+        limits
+    }
+
+    #[test]
+    fn a_health_table_is_read_and_a_row_that_is_never_reached_is_refused() {
+        let row = |count: u32| format!("[[health]]\nlevel = \"partition\"\ncount = {count}\naction = \"safe-mode\"\n");
+        let Ok(limits) = with(&row(5)) else { panic!("refused") };
+        let own = &limits.health[0];
+        assert_eq!((own.within_s, own.cool_down_s, own.acts_max, own.partition), (60.0, 0.0, None, None));
+        let Err(Failure::Input(report)) = with(&row(6)) else { panic!("accepted") };
+        assert!(report.to_string().contains("count = 6 is never reached"), "{report}");
     }
 
     #[test]

@@ -217,6 +217,7 @@ fn event(report: &Report) -> Option<String> {
         Report::Starved { partition } => Some(format!("{partition} gets no processor")),
         Report::Stall { waits, since_s } => Some(format!("no frame for {since_s:.1} s: {waits}")),
         Report::Window { partition, window } => Some(format!("{partition}: CPU window: {window}")),
+        Report::Health(act) => Some(act.to_string()),
         Report::GivenUp { partition } => Some(format!("{partition} was given up")),
         Report::Spawn { partition, pid, epoch: 0, .. } => Some(format!("{partition} started (pid {pid})")),
         _ => None,

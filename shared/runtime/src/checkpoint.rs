@@ -172,6 +172,21 @@ impl Store {
         self.slots.iter().any(|path| path.exists())
     }
 
+    /// Removes both slots and the journal: the next life begins without a checkpoint.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn clear(&mut self) -> std::io::Result<()> {
+        (self.generation, self.journal.file, self.journal.bytes) = (0, None, 0);
+        for path in self.slots.iter().chain([&self.journal.path]) {
+            match fs::remove_file(path) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// The newest checkpoint that is whole; later writes go on after its generation.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! Configuration of a run: written once by the process that starts it, read by every partition.
 
 use crate::feed::FeedConfig;
+use crate::health::HealthRow;
 use crate::orders::StoredCommand;
 use crate::recordings::{RecordingLimits, RemovedRecordings};
 use crate::rules::EventRule;
@@ -178,6 +179,9 @@ pub struct Limits {
     /// Events that become commands.
     #[serde(default, rename = "rule")]
     pub rules: Vec<EventRule>,
+    /// Errors that are worth more than a restart.
+    #[serde(default)]
+    pub health: Vec<HealthRow>,
     /// What a recording may take.
     #[serde(default)]
     pub recording: RecordingLimits,
@@ -245,6 +249,7 @@ impl Limits {
             stall_s: 60,
             partitions: PartitionId::ALL.iter().map(row).collect(),
             rules: Vec::new(),
+            health: Vec::new(),
             recording: RecordingLimits::default(),
         }
     }
@@ -264,6 +269,25 @@ impl Limits {
     pub fn deadline_ns(&self, partition: PartitionId) -> u64 {
         let row = self.partitions.iter().find(|row| row.name == partition);
         row.and_then(|row| row.deadline_ms).map_or(u64::MAX, |deadline_ms| (deadline_ms * 1e6) as u64)
+    }
+
+    /// Why a row of the health table cannot be used.
+    ///
+    /// # Errors
+    /// Names the row, and why it is wrong or never reached.
+    pub fn check_health(&self) -> Result<(), String> {
+        for row in &self.health {
+            row.check()?;
+            let is_reached = |own: &PartitionLimits| row.count <= own.restarts_max;
+            let mut concerned = self.partitions.iter().filter(|own| row.is_of(own.name)).peekable();
+            if concerned.peek().is_some() && !concerned.any(is_reached) {
+                let HealthRow { action, level, count, .. } = row;
+                return Err(format!(
+                    "health row '{action}' of level {level}: count = {count} is never reached: restarts_max is smaller"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// A partition of the run without a row.

@@ -48,6 +48,7 @@ pub mod experiment;
 pub mod feed;
 pub mod ground;
 pub mod hardening;
+pub mod health;
 pub mod inbox;
 pub mod latency;
 pub mod life;

@@ -1,5 +1,7 @@
 //! A partition as a process: joins shared memory, turns until the run ends, reports how it does.
 
+mod warden_words;
+
 use crate::config::{Fault, KillPoint};
 use crate::events::EventLog;
 use crate::ground::GroundPort;
@@ -7,7 +9,6 @@ use crate::hardening::Hardening;
 use crate::inbox::Counters;
 use crate::life::Life;
 use crate::link::{Link, LinkError};
-use crate::pacing::GIVEN_UP;
 use crate::partition::{Connect, ConnectError};
 use crate::rules::Rules;
 use crate::rundir::RunDir;
@@ -24,9 +25,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use telemetry::{
-    COMMAND, Command, EVENT, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Severity, TELECOMMAND, TICK,
-};
+use telemetry::{COMMAND, EVENT, EventCode, HOUSEKEEPING, PROGRESS, PartitionId, Severity, TELECOMMAND, TICK};
 
 /// Frames per turn: bounds the time between looks at signals and links.
 const FRAMES_PER_TURN: u64 = 25;
@@ -223,17 +222,10 @@ impl<'a> Process<'a> {
         let ended_now = turn == Turn::Finished && !self.finished;
         self.finished = turn == Turn::Finished;
         self.note_finished();
-        let mut given_up = Vec::new();
-        if let Some(watch) = &mut self.watch {
-            given_up = watch.turn(self.runner.heard(), self.runner.frames_done(), self.runner.mode_text());
-        }
+        let (runner, watch) = (&self.runner, self.watch.as_mut());
+        let told = watch.map(|watch| watch.turn(runner.heard(), runner.frames_done(), runner.mode_text()));
         self.runner.forget_heard();
-        for lost in given_up {
-            self.runner.publish_status(COMMAND, &give_up(lost))?;
-            self.runner.event(EventCode::GivenUp, &[lost.code().into()])?;
-            self.runner.link_mut().bury_the_dead();
-            self.wake_everybody();
-        }
+        self.obey_warden(told)?;
         if (matches!(turn, Turn::Worked(_)) || ended_now) && self.runner.id() == PartitionId::SensorSim {
             self.wake_everybody();
         }
@@ -305,6 +297,8 @@ impl<'a> Process<'a> {
 
     fn end(&mut self) -> Result<(), ProcessError> {
         self.statistics.end_loop();
+        let told = self.watch.as_mut().map(HangWatch::told);
+        self.obey_warden(told)?;
         self.runner.finish()?;
         self.runner.say_squelched(true)?;
         self.runner.event(EventCode::Ended, &[self.runner.frames_done() as f64])?;
@@ -394,10 +388,6 @@ fn keep_records(runner: &mut Runner<ShmLink>, run: &RunConfig, dir: &RunDir, lif
 fn timetable(run: &RunConfig, id: PartitionId) -> Option<Timetable> {
     let speed = run.speed.filter(|_| id == PartitionId::SensorSim)?;
     Some(Timetable::new((run.period_ns as f64 / speed) as u64))
-}
-
-fn give_up(lost: PartitionId) -> Command {
-    Command { header: Header::at(0), id: u64::from(lost.code()), opcode: GIVEN_UP, argument: lost.code().into() }
 }
 
 fn strike(fault: &Fault) {

@@ -6,6 +6,7 @@
 
 mod deaths;
 mod hangs;
+mod health;
 mod launcher;
 mod looks;
 mod pipe;
@@ -22,6 +23,7 @@ use crate::life::Life;
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
 use crate::sys::{Notifier, Precedence, monotonic_ns};
+use health::HealthDesk;
 use pipe::LineBuffer;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
@@ -77,6 +79,7 @@ pub fn run(
     report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged, t_ns: monotonic_ns() });
     let mut warden = Warden::new(run, owned, launcher.clone(), report);
     let verdict = warden.watch(&mut signals);
+    warden.tell_acts();
     warden.end_all();
     let (ok, reason) = match verdict {
         Ok(()) => (true, String::new()),
@@ -114,6 +117,7 @@ struct Warden<'a> {
     windows: bool,
     started_ns: u64,
     deaths: DeathLog,
+    health: HealthDesk,
     precedence: Precedence,
     /// A service manager that watches the warden, and whether it knows that the run is on its way.
     manager: Option<Notifier>,
@@ -153,6 +157,7 @@ impl<'a> Warden<'a> {
             windows: run.windows,
             started_ns: monotonic_ns(),
             deaths: DeathLog::default(),
+            health: HealthDesk::new(run),
             precedence: Precedence::take(),
             manager: Notifier::of_environment(),
             is_announced: false,
@@ -176,6 +181,7 @@ impl<'a> Warden<'a> {
             }
             self.bury()?;
             self.listen_to_supervisor();
+            self.tell_acts();
             self.end_supervisor_hang();
             self.end_still();
             self.sweep();
@@ -267,6 +273,7 @@ impl<'a> Warden<'a> {
             }
             if ward.id == PartitionId::Supervisor {
                 (self.supervisor_heard, self.supervisor_spoke) = (Instant::now(), false);
+                self.health.is_safe_said = false;
             }
             let (partition, epoch, number) = (ward.id.to_string(), ward.epoch, child.id());
             ward.state = State::Running { child, pidfd, since: Instant::now() };

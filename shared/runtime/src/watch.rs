@@ -5,10 +5,12 @@
 //! `HANG partition epoch silent_ms`, `SILENT partition` (never heard), `WAITS who waits for whom`,
 //! `WORKS partition` (a frame left it work: no frame is done, and nothing is wrong).
 //! Lines from it (standard input): `LOST partition`, `STARVED partition` (no hang: it got no
-//! processor), `RENEWED partition` (a new life has begun that has not been heard). Wall-clock only:
+//! processor), `RENEWED partition` (a new life has begun that has not been heard), `HEALTH codes`
+//! (what was done about an error), `SAFE` (the vehicle is to be made safe). Wall-clock only:
 //! nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
+use crate::health::HealthAct;
 use crate::sys::LineWriter;
 use crossbeam::channel::{Receiver, unbounded};
 use std::fmt::Write;
@@ -37,6 +39,17 @@ struct Pulse {
     frames: u64,
     checkpointed: u64,
     working: bool,
+}
+
+/// What the warden has said since the last turn.
+#[derive(Debug, Default)]
+pub struct Told {
+    /// Partitions that were given up.
+    pub lost: Vec<PartitionId>,
+    /// What was done about errors.
+    pub acts: Vec<HealthAct>,
+    /// The vehicle is to be made safe.
+    pub safe: bool,
 }
 
 /// Watches the execution counters of all partitions.
@@ -94,9 +107,9 @@ impl HangWatch {
         self.pipe.say("READY", false);
     }
 
-    /// Takes the progress reports `heard`; reports hangs and status; returns the partitions that
-    /// were given up since.
-    pub fn turn(&mut self, heard: &[Progress], frame: u64, mode: &str) -> Vec<PartitionId> {
+    /// Takes the progress reports `heard`; reports hangs and status; returns what the warden has
+    /// said since.
+    pub fn turn(&mut self, heard: &[Progress], frame: u64, mode: &str) -> Told {
         for progress in heard {
             self.hear(progress);
         }
@@ -129,9 +142,16 @@ impl HangWatch {
             self.pipe.say(self.who_waits(frame, &mut line), true);
             self.line = line;
         }
-        let mut lost = Vec::new();
+        self.told()
+    }
+
+    /// Takes the lines of the warden that have come.
+    pub fn told(&mut self) -> Told {
+        let mut told = Told::default();
         for line in self.orders.try_iter() {
-            lost.extend(line.strip_prefix("LOST ").and_then(PartitionId::named));
+            told.lost.extend(line.strip_prefix("LOST ").and_then(PartitionId::named));
+            told.acts.extend(HealthAct::parse(&line));
+            told.safe |= line == "SAFE";
             let starved = line.strip_prefix("STARVED ").and_then(PartitionId::named);
             let renewed = line.strip_prefix("RENEWED ").and_then(PartitionId::named);
             for pulse in &mut self.pulses {
@@ -142,9 +162,9 @@ impl HangWatch {
             }
         }
         for pulse in &mut self.pulses {
-            pulse.lost |= lost.contains(&pulse.id);
+            pulse.lost |= told.lost.contains(&pulse.id);
         }
-        lost
+        told
     }
 
     /// The source waits for the slowest checkpoint, everybody behind the source for its samples.
@@ -224,7 +244,7 @@ mod tests {
 
     /// Who has been reported, after a turn in which `heard` came.
     fn reported(watch: &mut HangWatch, heard: &[Progress]) -> Vec<PartitionId> {
-        assert!(watch.turn(heard, 0, "").is_empty());
+        assert!(watch.turn(heard, 0, "").lost.is_empty());
         watch.pulses.iter().filter(|pulse| pulse.reported).map(|pulse| pulse.id).collect()
     }
 

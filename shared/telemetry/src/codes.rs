@@ -2,13 +2,13 @@
 
 use crate::names::{INERTIAL, MODAL, SLOSH};
 use crate::{
-    CodeList, DiagnosisVerdict, Domain, DoubtBasis, EventCode, Experiment, Identifiability, InertiaAgreement,
-    InertialStatus, JointVerdict, ModalStatus, ModeState, Opcode, Parameter, ParameterBlock, PartitionId, Phase,
-    Reason, Refusal, Severity, SloshStatus, TableId, layout_hash,
+    CodeList, DiagnosisVerdict, Domain, DoubtBasis, EventCode, Experiment, HealthAction, HealthError, HealthLevel,
+    Identifiability, InertiaAgreement, InertialStatus, JointVerdict, ModalStatus, ModeState, Opcode, Parameter,
+    ParameterBlock, PartitionId, Phase, Reason, Refusal, Severity, SloshStatus, TableId, layout_hash,
 };
 
 /// Every list of codes, as the interface control document shows them.
-pub const CODE_LISTS: [CodeList; 20] = [
+pub const CODE_LISTS: [CodeList; 23] = [
     PartitionId::LIST,
     ModeState::LIST,
     Experiment::LIST,
@@ -29,6 +29,9 @@ pub const CODE_LISTS: [CodeList; 20] = [
     Opcode::LIST,
     Refusal::LIST,
     TableId::LIST,
+    HealthLevel::LIST,
+    HealthError::LIST,
+    HealthAction::LIST,
 ];
 
 /// Continues a hash over every list of codes and the names of all parameters.

@@ -3,7 +3,7 @@
 use crate::header::Header;
 use crate::layout::record;
 use crate::names::coded;
-use crate::{CodeList, ModeState, Opcode, PartitionId, Refusal, TableId};
+use crate::{CodeList, HealthAction, HealthError, HealthLevel, ModeState, Opcode, PartitionId, Refusal, TableId};
 #[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -42,6 +42,7 @@ coded! {
         TableNotStored = 17 "table not stored: the file system refuses",
         RecordingReduced = 18 "recording fills up: topics are left out",
         RecordingsRemoved = 19 "older recordings removed",
+        HealthActed = 20 "health table acted",
     }
 }
 
@@ -94,7 +95,8 @@ impl EventCode {
             | Self::CommandRefused
             | Self::TableRefused
             | Self::TableNotStored
-            | Self::RecordingReduced => Severity::Warning,
+            | Self::RecordingReduced
+            | Self::HealthActed => Severity::Warning,
             _ => Severity::Information,
         }
     }
@@ -141,6 +143,16 @@ impl EventCode {
                 const { &[number("topics", "-"), number("size", "B"), number("samples left out so far", "-")] }
             }
             Self::RecordingsRemoved => const { &[number("files", "-"), number("size", "B")] },
+            Self::HealthActed => {
+                const {
+                    &[
+                        code("action", HealthAction::LIST),
+                        code("error", HealthError::LIST),
+                        code("level", HealthLevel::LIST),
+                        code("partition", PartitionId::LIST),
+                    ]
+                }
+            }
         }
     }
 }

@@ -387,7 +387,7 @@ mod tests {
         JointVerdict, ModalStatus, ModeState, ParameterBlock, PartitionId, Phase, Reason, SloshStatus, parameters,
         status_text,
     };
-    use crate::PARAMETERS_MAX;
+    use crate::{HealthAction, HealthError, HealthLevel, PARAMETERS_MAX};
 
     macro_rules! check_codes {
         ($($name:ident),*) => { $(
@@ -412,7 +412,10 @@ mod tests {
             ModalStatus,
             ParameterBlock,
             JointVerdict,
-            DiagnosisVerdict
+            DiagnosisVerdict,
+            HealthLevel,
+            HealthError,
+            HealthAction
         );
     }
 

@@ -176,6 +176,7 @@ const MONITOR: [TableField; MONITOR_HEAD + EventCode::COUNT] = [
     most("table_not_stored"),
     most("recording_reduced"),
     most("recordings_removed"),
+    most("health_acted"),
 ];
 
 const GUARDS: [TableField; 6] = [

@@ -9,7 +9,7 @@ use rustix::process::Signal;
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
-use telemetry::PartitionId;
+use telemetry::{HealthAction, HealthError, PartitionId};
 
 impl Warden<'_> {
     /// Notices who has died before anything is done about it: what one death takes is no delay of
@@ -111,37 +111,59 @@ impl Warden<'_> {
             (None, Some(signal)) => format!("signal {signal}"),
             (None, None) => "unknown".into(),
         };
+        let error = if ward.hung_ms.is_some() { HealthError::Hang } else { error_of(status) };
         self.note_death(index, pid, &cause, noticed_ns);
-        let ward = &mut self.wards[index];
         if status.code() == Some(EXIT_FINAL) {
-            return Err(format!("{} cannot run: see its message", ward.id));
+            return Err(format!("{} cannot run: see its message", self.wards[index].id));
         }
-        let limits = self.limits.of(ward.id);
-        let window = Duration::from_secs(limits.restarts_within_s);
-        // Deaths count together while they are recent, or while nothing has moved on between them
-        // (a slow loop).
-        let (frame, reach) = (self.last_frame, 2 * self.window_frames);
-        ward.deaths.retain(|death| death.at.elapsed() < window || death.frame + reach > frame);
-        ward.deaths.push(DeathMark { at: Instant::now(), frame });
-        if ward.deaths.len() as u32 > limits.restarts_max {
-            return self.give_up(index);
+        let is_last = self.note_recent_death(index);
+        match self.judge(Some(index), error, is_last) {
+            HealthAction::EndRun => {
+                return Err(format!("{} {error}: the health table ends the run", self.wards[index].id));
+            }
+            HealthAction::GiveUp => return self.give_up(index),
+            HealthAction::ColdRestart => self.forget(index),
+            HealthAction::SafeMode | HealthAction::Restart => {}
         }
-        let wait_ms = ward.wait_ms(&limits.back_off_ms);
+        let ward = &mut self.wards[index];
+        let wait_ms = ward.wait_ms(&self.limits.of(ward.id).back_off_ms);
         ward.epoch += 1;
         self.supervisor_heard = Instant::now();
         ward.state = State::Waiting { until: Instant::now() + Duration::from_millis(wait_ms) };
         Ok(())
     }
 
-    pub(super) fn give_up(&mut self, index: usize) -> Result<(), String> {
-        let id = self.wards[index].id;
-        self.wards[index].state = State::GivenUp;
+    /// Whether it is one death too many for the row of the partition. Deaths count together while
+    /// they are recent, or while nothing has moved on between them (a slow loop).
+    fn note_recent_death(&mut self, index: usize) -> bool {
+        let ward = &mut self.wards[index];
+        let limits = self.limits.of(ward.id);
+        let window = Duration::from_secs(limits.restarts_within_s);
+        let (frame, reach) = (self.last_frame, 2 * self.window_frames);
+        ward.deaths.retain(|death| death.at.elapsed() < window || death.frame + reach > frame);
+        ward.deaths.push(DeathMark { at: Instant::now(), frame });
+        ward.deaths.len() as u32 > limits.restarts_max
+    }
+
+    fn give_up(&mut self, index: usize) -> Result<(), String> {
+        let ward = &mut self.wards[index];
+        let (id, deaths) = (ward.id, ward.deaths.len());
+        ward.state = State::GivenUp;
         self.tell(&Report::GivenUp { partition: id.to_string() });
-        let limits = self.limits.of(id);
-        if limits.given_up == GivenUp::EndRun {
-            return Err(format!("{id} was given up after {} deaths", limits.restarts_max + 1));
+        if self.limits.of(id).given_up == GivenUp::EndRun {
+            return Err(format!("{id} was given up after {deaths} deaths"));
         }
         self.tell_supervisor(&format!("LOST {id}"));
         Ok(())
+    }
+}
+
+/// How a process that was not killed for a hang came to its end.
+fn error_of(status: ExitStatus) -> HealthError {
+    let from_outside = [Signal::KILL, Signal::TERM, Signal::INT].map(Signal::as_raw);
+    match status.signal() {
+        Some(signal) if from_outside.contains(&signal) => HealthError::Kill,
+        Some(_) => HealthError::Crash,
+        None => HealthError::Exit,
     }
 }

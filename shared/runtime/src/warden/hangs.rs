@@ -62,6 +62,7 @@ impl Warden<'_> {
                     self.last_advance = Instant::now();
                     self.renew_after = RENEW_AFTER;
                 }
+                self.note_mode(mode);
                 let mode = mode.to_string();
                 let _ = std::fs::write(
                     self.owned.dir().status(),
@@ -140,6 +141,7 @@ impl Warden<'_> {
         if idle > self.renew_after && self.services_exist && self.first_end.is_none() {
             self.renew_after = still + self.renew_after * 2;
             self.tell(&Report::Stall { waits: self.waits.clone(), since_s: still.as_secs_f64() });
+            self.judge_stall()?;
             self.renew_services()?;
         }
         Ok(())

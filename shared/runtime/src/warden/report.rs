@@ -1,6 +1,7 @@
 //! Reports of the warden to the process that started it, one line each.
 
 use crate::deaths::DeathRow;
+use crate::health::HealthAct;
 use crate::statistics::PartitionRow;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -29,6 +30,8 @@ pub enum Report {
     Starved { partition: String },
     /// No frame was done for a while, `waits` says who waits for whom; the services are made anew.
     Stall { waits: String, since_s: f64 },
+    /// What was done about an error beyond a restart.
+    Health(HealthAct),
     /// A partition died too often: the run goes on without it or ends.
     GivenUp { partition: String },
     /// The run is over; `reason` says why where it is not `ok`.
