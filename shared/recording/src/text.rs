@@ -14,6 +14,7 @@ pub(crate) mod lines;
 mod motion_capture;
 pub(crate) mod number;
 pub(crate) mod quantity;
+pub(crate) mod seen;
 pub(crate) mod signs;
 mod trajectories;
 mod units_lines;

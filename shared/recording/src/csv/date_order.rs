@@ -6,7 +6,7 @@
 use super::{lines_of, taken};
 use crate::intake::plan::{Clock, Plan, date_order_note};
 use crate::intake::stamps::Order;
-use crate::text::layout::Layout;
+use crate::text::seen::Layout;
 use std::path::Path;
 
 /// Way that two orders may differ in and be as good [s].

@@ -2,7 +2,7 @@
 //! empty column, and behind it times and samples from the first line on.
 
 use super::dialect::{Dialect, filled};
-use super::layout::Layout;
+use super::seen::Layout;
 use super::signs::Signs;
 
 /// The layout of such a file; `None` of every other.

@@ -2,7 +2,7 @@
 //! led by its key in every group, and the times of the group below its keys.
 
 use super::dialect::Dialect;
-use super::layout::Layout;
+use super::seen::Layout;
 use super::signs::Signs;
 
 /// Lines in which the properties stand.

@@ -2,7 +2,7 @@
 
 use super::dialect::Dialect;
 use super::interval::{Interval, stated_interval};
-use super::layout::Layout;
+use super::seen::Layout;
 use super::signs::Signs;
 
 /// Words of OptiTrack for what a column is of.

@@ -3,7 +3,7 @@
 
 use super::dialect::Dialect;
 use super::interval::{Interval, stated_interval};
-use super::layout::Layout;
+use super::seen::Layout;
 use super::signs::Signs;
 
 /// Lines above the rows.

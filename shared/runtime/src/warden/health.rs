@@ -8,13 +8,13 @@ use crate::health::{HealthAct, Ladder};
 use crate::sys::monotonic_ns;
 use telemetry::{HealthAction, HealthError, ModeState, PartitionId};
 
-/// The health table at work, and what the supervisor is still to be told of it.
+/// The health table at work, and what of it the supervisor has still to hear.
 pub(super) struct HealthDesk {
     ladder: Ladder,
     acts: Vec<HealthAct>,
     /// The vehicle is to be made safe, and no status of the mode SAFE has come since.
     is_safe_owed: bool,
-    /// Its present life has been told so.
+    /// Its present life has the order.
     pub is_safe_said: bool,
 }
 
