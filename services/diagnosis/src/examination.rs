@@ -109,7 +109,7 @@ mod tests {
     use discovery::diagnose::ParameterReport;
 
     fn report(kind: &str, status: Status) -> EffectReport {
-        let force = ParameterReport { name: "force".into(), value: 0.08, sigma: 0.001, unit: "N*m".into() };
+        let force = ParameterReport::inside("force".into(), (0.08, 0.001), "N*m".into());
         EffectReport {
             kind: kind.into(),
             title: String::new(),

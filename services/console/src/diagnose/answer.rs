@@ -78,10 +78,12 @@ pub fn with_parameters(effect: &EffectReport) -> String {
     words.join(", ")
 }
 
-/// Value, standard deviation and unit, rounded to what the deviation supports.
+/// Value, standard deviation and unit, rounded to what the deviation supports; of a value that the
+/// range of its law bounds, that it is.
 pub fn estimate(parameter: &ParameterReport) -> String {
     let (value, sigma) = with_sigma(parameter.value, parameter.sigma);
-    format!("{value} ± {sigma}{}", unit(&parameter.unit))
+    let bound = if parameter.at_bound { " (at the limit of its range)" } else { "" };
+    format!("{value} ± {sigma}{}{bound}", unit(&parameter.unit))
 }
 
 /// Each effect or its rivals, with probabilities.

@@ -65,6 +65,22 @@ pub struct ParameterReport {
     pub value: f64,
     pub sigma: f64,
     pub unit: String,
+    /// The value is the least or the largest that the law may have: the truth may lie beyond, and
+    /// the law may stand for another one. Absent where it is neither.
+    #[serde(skip_serializing_if = "is_inside")]
+    pub at_bound: bool,
+}
+
+impl ParameterReport {
+    /// Of a value inside its range.
+    pub fn inside(name: String, (value, sigma): (f64, f64), unit: String) -> Self {
+        Self { name, value, sigma, unit, at_bound: false }
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+const fn is_inside(at_bound: &bool) -> bool {
+    !*at_bound
 }
 
 /// A reported effect: its probability in [0, 1], its status on held-out data, its rivals and

@@ -143,7 +143,7 @@ impl Comparison<'_> {
             probability: 1.0 / total,
             status,
             rivals: rivals.collect(),
-            parameters: vec![ParameterReport { name, value, sigma: slope.abs() * sigma, unit }],
+            parameters: vec![ParameterReport::inside(name, (value, slope.abs() * sigma), unit)],
             kept: Vec::new(),
             kappa: self.absorbed(own),
             d: 0.0,

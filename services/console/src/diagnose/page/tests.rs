@@ -118,7 +118,7 @@ fn full() -> Diagnosis {
             probability: 0.07,
             reason: "fits worse by 5.2 in BIC".into(),
         }],
-        parameters: vec![ParameterReport { name: "force".into(), value: 0.3, sigma: 0.004, unit: "N*m".into() }],
+        parameters: vec![ParameterReport::inside("force".into(), (0.3, 0.004), "N*m".into())],
         kept: Vec::new(),
         kappa: 0.34,
         d: 12.0,

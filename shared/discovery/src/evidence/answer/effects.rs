@@ -111,6 +111,7 @@ impl Shown<'_> {
             value: model.fit.theta[i],
             sigma: sigma[i],
             unit: unknown.unit.clone(),
+            at_bound: !(unknown.low < model.fit.theta[i] && model.fit.theta[i] < unknown.high),
         });
         let period_s = self.session.timelines[0].period_s;
         let role = |name: &str| candidate.effect.parameter(name).map(|parameter| parameter.role);
@@ -118,7 +119,7 @@ impl Shown<'_> {
         let times = all.map(|(name, value)| {
             let found = times.iter().find(|found| found.name == *name);
             let (value, sigma) = found.map_or((*value, period_s), |found| (found.value, found.sigma));
-            ParameterReport { name: (*name).to_owned(), value, sigma, unit: "s".to_owned() }
+            ParameterReport::inside((*name).to_owned(), (value, sigma), "s".to_owned())
         });
         fitted.chain(times).collect()
     }
