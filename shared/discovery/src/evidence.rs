@@ -29,6 +29,7 @@ mod answer;
 mod augmented;
 mod decide;
 mod disturbed;
+mod edges;
 mod exact;
 mod exact_columns;
 mod horizon;
