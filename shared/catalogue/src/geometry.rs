@@ -21,13 +21,6 @@ pub fn perpendicular(axis: [f64; 3], clock_rad: f64) -> [f64; 3] {
     core::array::from_fn(|i| cos * first[i] + sin * second[i])
 }
 
-/// `sin(2π f (t − begin) + phase)` while a tone lasts, else zero.
-pub fn tone(t_s: f64, [frequency_hz, phase_rad, begin_s, duration_s]: [f64; 4]) -> f64 {
-    let since_s = t_s - begin_s;
-    let lasts = (0.0..duration_s).contains(&since_s);
-    if lasts { libm::sin(core::f64::consts::TAU * frequency_hz * since_s + phase_rad) } else { 0.0 }
-}
-
 /// Two unit vectors perpendicular to the unit vector `axis` and to each other: t1 = z × axis (x for
 /// an axis along z), t2 = axis × t1.
 pub fn across(axis: [f64; 3]) -> [[f64; 3]; 2] {

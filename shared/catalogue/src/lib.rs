@@ -119,7 +119,6 @@ mod constant_force;
 mod constant_torque;
 mod drag;
 mod encoder_ripple;
-mod force_tone;
 mod gravity_error;
 mod gravity_gradient;
 mod gyro_g_sensitivity;
@@ -142,7 +141,6 @@ mod joint_quadratic_stiffness;
 mod joint_stiffness;
 mod joint_stribeck;
 mod joint_torque_bias;
-mod joint_torque_tone;
 mod joint_viscous;
 mod linear_drag;
 mod magnus_lift;
@@ -189,7 +187,6 @@ mod thruster_misalignment;
 mod thruster_plume;
 mod thruster_rise_tail_off;
 mod torque_pulse;
-mod torque_tone;
 mod wheel_coulomb;
 mod wheel_imbalance_dynamic;
 mod wheel_imbalance_static;
@@ -224,7 +221,6 @@ pub static EFFECTS: &[&Effect] = &[
     &joint_end_stop::EFFECT,
     &joint_gear_ripple::EFFECT,
     &joint_torque_bias::EFFECT,
-    &joint_torque_tone::EFFECT,
     &joint_flexibility::EFFECT,
     &actuator_dead_zone::EFFECT,
     &actuator_saturation::EFFECT,
@@ -275,8 +271,6 @@ pub static EFFECTS: &[&Effect] = &[
     &constant_torque::EFFECT,
     &force_pulse::EFFECT,
     &torque_pulse::EFFECT,
-    &force_tone::EFFECT,
-    &torque_tone::EFFECT,
     &body_tether::EFFECT,
     &thermal_snap::EFFECT,
     &mass_depletion::EFFECT,

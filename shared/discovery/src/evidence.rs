@@ -29,7 +29,6 @@ mod answer;
 mod augmented;
 mod decide;
 mod disturbed;
-mod edges;
 mod exact;
 mod exact_columns;
 mod horizon;

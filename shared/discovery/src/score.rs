@@ -11,7 +11,6 @@
 //!
 //! T is χ² when the noise is as assumed: it screens and ranks.
 
-mod bursts;
 pub mod candidates;
 mod columns;
 pub(crate) mod forcing;
@@ -21,7 +20,6 @@ mod lines;
 mod noise_free;
 mod orders;
 pub mod refine;
-mod specific_force;
 mod thin;
 
 pub use candidates::{Candidate, candidates};

@@ -1,7 +1,5 @@
 //! Laws of decisions over plants and kinds of mismatch.
 
-mod tones;
-
 use super::*;
 use crate::diagnose::Verdict;
 use crate::noisier::of_higher_variance;

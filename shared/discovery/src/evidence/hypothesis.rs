@@ -163,8 +163,6 @@ pub(super) fn part(
         let is_free = parameter.prior.sigma(*value).is_some();
         match (parameter.role, is_free) {
             (Role::Smoothing, _) => {}
-            // what acts from the first sample on has no onset to pick
-            (Role::Onset, _) if *value <= begin_s => {}
             (Role::Onset, _) => log_points += libm::log(duration_s / period_s),
             (Role::Duration, _) if *value < duration_s => log_points += libm::log(duration_s / period_s),
             (Role::Duration, _) => {}

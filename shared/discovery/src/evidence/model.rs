@@ -2,7 +2,6 @@
 
 use super::augmented::augmented;
 use super::decide::CONFLICT_FACTOR;
-use super::edges::edged;
 use super::hypothesis::{Hypothesis, InnerPrior, freed, log_swap, unknown_of};
 use super::marginal::{Bound, cut_at_nothing, log_marginal};
 use super::noise::{Linearly, NoisePrior};
@@ -166,7 +165,7 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
 pub(super) fn fitted(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, contained: f64) -> Option<Model> {
     let tried = STARTS.iter().filter_map(|share| from(ground, set, begin, *share));
     let model = tried.into_iter().find(|model| model.objective < contained + FAILED)?;
-    Some(edged(ground, timed(ground, model)))
+    Some(timed(ground, model))
 }
 
 /// Fits `set` from `begin` and a share of the screened amplitudes.

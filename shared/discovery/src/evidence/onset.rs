@@ -6,8 +6,6 @@
 //! with every other parameter.
 
 use crate::score::Candidate;
-use crate::score::candidates::tone_of;
-use core::f64::consts::TAU;
 use dynamics::description::{EffectUse, Plant};
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
@@ -22,7 +20,7 @@ const ENDLESS_S: f64 = 1e8;
 
 /// A time inside an effect of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Edge {
+enum Edge {
     /// The end stays where it is.
     Begin,
     End,
@@ -30,9 +28,9 @@ pub(super) enum Edge {
 
 /// One edge of one effect: places of both.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub effect: usize,
-    pub edge: Edge,
+struct Place {
+    effect: usize,
+    edge: Edge,
 }
 
 /// A time that was searched, with its standard error [s].
@@ -80,14 +78,14 @@ pub(super) fn onset_estimates(
 }
 
 /// From the first start of a run to the last end of one [s].
-pub(super) fn span_s(session: &EstimationSession<'_>) -> [f64; 2] {
+fn span_s(session: &EstimationSession<'_>) -> [f64; 2] {
     let runs = session.problem.runs.iter();
     runs.fold([f64::INFINITY, f64::NEG_INFINITY], |[b, e], run| [b.min(run.begin_s), e.max(run.end_s)])
 }
 
 /// Edges of the effect of `candidate` in `plant` that the score's refinement searches; edges
 /// outside the recording are absent.
-pub(super) fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
+fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
     let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
     let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
     let [begin_s, end_s] = span_s(session);
@@ -96,7 +94,7 @@ pub(super) fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: 
 }
 
 /// Time of an edge of an effect; `None` where it has no such edge.
-pub(super) fn time(plant: &Plant, effect: usize, edge: Edge) -> Option<f64> {
+fn time(plant: &Plant, effect: usize, edge: Edge) -> Option<f64> {
     let known = |role: Role| plant.stated(&plant.effects[effect], role).filter(|q| q.sigma.is_none()).map(|q| q.value);
     let begin = known(Role::Onset)?;
     match edge {
@@ -106,7 +104,7 @@ pub(super) fn time(plant: &Plant, effect: usize, edge: Edge) -> Option<f64> {
 }
 
 /// `plant` with one edge at `t_s`, the other where it was.
-pub(super) fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
+fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
     let (begin, end) = (time(plant, place.effect, Edge::Begin)?, time(plant, place.effect, Edge::End));
     let effect = plant.catalogue.effect(&plant.effects[place.effect].kind)?;
     let mut plant = plant.clone();
@@ -129,44 +127,22 @@ pub(super) fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
     Some(plant)
 }
 
-/// Least objective of a plant near a fit, all parameters following on the fit's linear model: the
-/// phase of a tone, which is that at its onset, as the tone goes on through another one.
-pub(super) struct Follow<'a, 'p> {
+/// Least objective of a plant near a fit, all parameters following on the fit's linear model.
+struct Follow<'a, 'p> {
     session: &'a EstimationSession<'p>,
     linearised: LinearisedProblem,
-    fit: &'a Fit,
+    theta: &'a [f64],
     noise: &'a NoiseModel,
 }
 
 impl<'a, 'p> Follow<'a, 'p> {
-    pub fn new(session: &'a EstimationSession<'p>, fit: &'a Fit, noise: &'a NoiseModel) -> Self {
-        Self { session, linearised: fit.linearised.clone(), fit, noise }
+    fn new(session: &'a EstimationSession<'p>, fit: &'a Fit, noise: &'a NoiseModel) -> Self {
+        Self { session, linearised: fit.linearised.clone(), theta: &fit.theta, noise }
     }
 
-    /// Unknowns of the fit, phases of tones at the onsets of `plant`.
-    pub fn theta(&self, plant: &Plant) -> Vec<f64> {
-        let mut theta = self.fit.theta.clone();
-        let unknowns = &self.session.problem.unknowns;
-        for (effect, used) in plant.effects.iter().enumerate() {
-            let Some(tone) = plant.catalogue.effect(&used.kind).and_then(tone_of) else { continue };
-            let place = |name: &str| {
-                let name = format!("effect.{}@{}.{name}", used.kind, used.site);
-                unknowns.iter().position(|unknown| unknown.parameter == name)
-            };
-            let onset = |plant: &Plant| time(plant, effect, Edge::Begin);
-            let moved_s = onset(plant).zip(onset(&self.fit.plant)).map_or(0.0, |(own, fitted)| own - fitted);
-            if let (Some(frequency), Some(phase)) = (place(tone[0].name), place(tone[1].name)) {
-                let turned = theta[phase] + TAU * theta[frequency] * moved_s;
-                theta[phase] = turned - TAU * libm::round(turned / TAU);
-            }
-        }
-        theta
-    }
-
-    pub fn least(&mut self, plant: &Plant) -> Option<f64> {
-        let theta = self.theta(plant);
-        self.linearised.nu = self.session.innovations(plant, &theta, &self.linearised.linears, &|_| true)?;
-        self.linearised.normal(self.session, &theta, self.noise, &[])?.least().map(|(least, _)| least)
+    fn least(&mut self, plant: &Plant) -> Option<f64> {
+        self.linearised.nu = self.session.innovations(plant, self.theta, &self.linearised.linears, &|_| true)?;
+        self.linearised.normal(self.session, self.theta, self.noise, &[])?.least().map(|(least, _)| least)
     }
 
     /// Half the width in which the objective rises by less than one, at least the resolution of the
@@ -203,14 +179,14 @@ impl<'a, 'p> Follow<'a, 'p> {
             let at = time(plant, place.effect, place.edge)?;
             let nu = |t_s: f64| {
                 let moved = with(plant, *place, t_s)?;
-                self.session.innovations(&moved, &self.theta(&moved), &self.linearised.linears, &|_| true)
+                self.session.innovations(&moved, self.theta, &self.linearised.linears, &|_| true)
             };
             let (down, up) = (nu(at - width)?, nu(at + width)?);
             columns.push(down.iter().zip(&up).map(|(d, u)| 0.5 * (d - u) / width).collect::<Vec<f64>>());
         }
         self.least(plant)?;
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
-        let mut normal = self.linearised.normal(self.session, &self.fit.theta, self.noise, &extra)?;
+        let mut normal = self.linearised.normal(self.session, self.theta, self.noise, &extra)?;
         let n = normal.unknowns;
         // a difference over a jump of the likelihood gives a direction only: its length is the
         // edge's own width

@@ -21,6 +21,8 @@ pub(super) struct Entry {
     pub expanded: bool,
     /// Held-out data reject it.
     pub rejected: bool,
+    /// Key of the first model that is the same on the record: this one's own where there is none.
+    pub class: String,
 }
 
 /// A hypothesis without a weight, and why.
@@ -208,9 +210,13 @@ impl Pool {
         (0..self.entries.len()).filter(is_open)
     }
 
-    /// What is met about an entry was met about one of the same laws and all of its noise, of which
-    /// it has some: there in the place of noise.
+    /// What is met about an entry was met about another one: a model that is the same on the record
+    /// (names of the same law meet each other about the leader without one of its findings), or one
+    /// of the same laws and all of its noise, of which it has some: there in the place of noise.
     fn is_known(&self, entry: &Entry) -> bool {
+        if self.entries.iter().any(|other| other.expanded && other.class == entry.class) {
+            return true;
+        }
         let laws = |entry: &Entry| key(&without_noise(&entry.model.set), &entry.model.problem);
         let own = laws(entry);
         let has_met = |other: &Entry| other.expanded && other.model.holds(&entry.model) && laws(other) == own;

@@ -94,7 +94,10 @@ impl Pool {
         let other = options.held_out.as_ref();
         let held_out = other.and_then(|other| predicted(ground, other, &model, bare));
         let is_lost = self.entries.first().is_some_and(|entry| entry.held_out.is_some()) && held_out.is_none();
-        self.entries.push(Entry { model, held_out, expanded: false, rejected: is_lost });
+        let class = model.key();
+        let mut entry = Entry { model, held_out, expanded: false, rejected: is_lost, class };
+        entry.class = self.twin(ground, &entry).unwrap_or(entry.class);
+        self.entries.push(entry);
         self.reject_supersets();
     }
 
@@ -105,6 +108,18 @@ impl Pool {
         for Proposal { set, noise, .. } in of_disturbances(ground, &bare) {
             self.fit(ground, &set, (&bare, &noise), bare.objective, options);
         }
+    }
+
+    /// Class of a model of as many members that is the same on the record, and has as much
+    /// evidence.
+    fn twin(&self, ground: Ground<'_>, entry: &Entry) -> Option<String> {
+        let score = self.score(entry);
+        let is_twin = |other: &&Entry| {
+            other.model.set.len() == entry.model.set.len()
+                && (self.score(other) - score).abs() < 0.5 * SAME
+                && apart(ground, &entry.model, &other.model).is_some_and(|apart| apart < SAME)
+        };
+        self.entries.iter().find(is_twin).map(|other| other.class.clone())
     }
 
     /// Held-out data reject a set for any part of it that they do not reject.

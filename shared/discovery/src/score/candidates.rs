@@ -1,13 +1,11 @@
 //! The catalogue laid out over a plant: every effect at every site, with grids for the shape
 //! parameters of its law.
 
-use super::bursts::Burst;
-use super::specific_force::mean_axial;
 use super::{Instants, Lines, Orders};
 use dynamics::description::{Plant, Site, SiteKind, Space};
 use dynamics::effect::{Amplitude, Effect, EffectParameter, Role, Scan, sites};
 use identification::filter::Linear;
-use identification::problem::{Problem, Timeline};
+use identification::problem::Problem;
 
 /// One effect at one site with its shape parameters.
 #[derive(Clone)]
@@ -140,14 +138,10 @@ struct Setting<'a> {
     begin_s: f64,
     period_s: f64,
     motion: &'a dyn Fn(&Site) -> Option<Motion>,
-    /// See [`mean_axial`].
-    specific_force: &'a dyn Fn(&Site) -> Option<f64>,
     /// Lines of the innovations that a site can cause [Hz].
     lines: &'a dyn Fn(&Site) -> Vec<f64>,
     /// Frequencies among which the lines were found.
     looked: usize,
-    /// Tones that last for a part of the recording, and how many were tested.
-    bursts: (&'a [Burst], usize),
     /// Instants of jumps in the innovations that a site can cause [s], and the number of samples
     /// among which they were found.
     instants: &'a dyn Fn(&Site) -> Vec<f64>,
@@ -168,15 +162,12 @@ const TIMES: usize = 8;
 pub fn candidates(
     problem: &Problem,
     plant: &Plant,
-    (linears, timelines): (&[Linear], &[Timeline]),
+    linears: &[Linear],
+    period_s: f64,
     (found, ripples, jumps): (&Lines, &[Orders], &Instants),
     without: &[String],
 ) -> Vec<Candidate> {
     let motion = |site: &Site| motion(plant, linears, site);
-    let specific_force = |site: &Site| {
-        let tank = plant.tanks.iter().find(|tank| site.kind == SiteKind::Tank && tank.name == site.name);
-        mean_axial(plant, linears, timelines, tank?)
-    };
     // for a sensor its own, for all other sites those of any sensor
     let of = |site: &Site, channels: &[Vec<f64>], pooled: &[f64]| {
         let channel = plant.sensors.iter().position(|sensor| site.kind == SiteKind::Sensor && sensor.name == site.name);
@@ -194,12 +185,10 @@ pub fn candidates(
     let setting = Setting {
         duration_s: end_s - begin_s,
         begin_s,
-        period_s: timelines[0].period_s,
+        period_s,
         motion: &motion,
-        specific_force: &specific_force,
         lines: &lines,
         looked: found.looked,
-        bursts: (&found.bursts, found.looked_for_bursts),
         instants: &instants,
         samples: jumps.looked,
         orders: &orders,
@@ -222,7 +211,39 @@ pub fn candidates(
 }
 
 fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &mut Vec<Candidate>) {
-    let points = if tone_of(effect).is_some() { tones(effect, site, setting) } else { grid(effect, site, setting) };
+    let motion = (setting.motion)(site);
+    let mut grid: Vec<Inner> = vec![Vec::new()];
+    let is_inner = |p: &&EffectParameter| !matches!(p.role, Role::Amplitude | Role::Direction { .. });
+    for parameter in effect.parameters.iter().filter(is_inner) {
+        let mut points = points(parameter, setting, motion);
+        match parameter.scan {
+            Scan::Frequencies => {
+                points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
+            }
+            Scan::Orders => {
+                points.extend((setting.orders)(site).into_iter().flat_map(|found| found.list.iter().copied()));
+            }
+            _ => {}
+        }
+        grid = grid
+            .into_iter()
+            .flat_map(|inner| points.iter().map(move |value| [inner.clone(), vec![(parameter.name, *value)]].concat()))
+            .collect();
+    }
+    let mut points: Vec<(Inner, usize)> = Vec::with_capacity(grid.len());
+    for inner in grid {
+        let picked = |(name, value): &(&str, f64)| {
+            match effect.parameter(name).map(|parameter| parameter.scan) {
+                Some(Scan::Frequencies) => Some((setting.looked, (setting.lines)(site))),
+                Some(Scan::Orders) => (setting.orders)(site).map(|found| (found.looked, found.list.clone())),
+                _ => None,
+            }
+            .filter(|(_, list)| list.contains(value))
+        };
+        let tries = inner.iter().find_map(picked).map_or(1, |(looked, list)| looked.max(1) / list.len().max(1));
+        points.push((inner, tries));
+    }
+    points.extend(points.first().map_or_else(Vec::new, |(inner, _)| jumping(effect, inner, site, setting)));
     let directions = directions(effect, setting.planar);
     let first = &effect.parameters[0];
     let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes() == 1;
@@ -242,81 +263,6 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             tries: tries.max(1),
         });
     }
-}
-
-/// All combinations of the points of each shape parameter, and the onsets at jumps, with how many
-/// they were picked from.
-fn grid(effect: &Effect, site: &Site, setting: &Setting<'_>) -> Vec<(Inner, usize)> {
-    let motion = (setting.motion)(site);
-    let mut grid: Vec<Inner> = vec![Vec::new()];
-    for parameter in effect.parameters.iter().filter(is_inner) {
-        let mut points = points(parameter, setting, (site, motion));
-        match parameter.scan {
-            Scan::Frequencies => {
-                points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
-            }
-            Scan::Orders => {
-                points.extend((setting.orders)(site).into_iter().flat_map(|found| found.list.iter().copied()));
-            }
-            _ => {}
-        }
-        grid = product(grid, parameter.name, &points);
-    }
-    let mut points: Vec<(Inner, usize)> = Vec::with_capacity(grid.len());
-    for inner in grid {
-        let picked = |(name, value): &(&str, f64)| {
-            match effect.parameter(name).map(|parameter| parameter.scan) {
-                Some(Scan::Frequencies) => Some((setting.looked, (setting.lines)(site))),
-                Some(Scan::Orders) => (setting.orders)(site).map(|found| (found.looked, found.list.clone())),
-                _ => None,
-            }
-            .filter(|(_, list)| list.contains(value))
-        };
-        let tries = inner.iter().find_map(picked).map_or(1, |(looked, list)| looked.max(1) / list.len().max(1));
-        points.push((inner, tries));
-    }
-    points.extend(points.first().map_or_else(Vec::new, |(inner, _)| jumping(effect, inner, site, setting)));
-    points
-}
-
-/// Frequency and phase of a law that oscillates from an onset on, where the phase is that at the
-/// onset.
-pub(crate) fn tone_of(effect: &'static Effect) -> Option<[&'static EffectParameter; 2]> {
-    effect.with_role(Role::Onset)?;
-    Some([effect.with_role(Role::Frequency)?, effect.parameter("phase")?])
-}
-
-/// Grid points of a tone, with how many they were picked from: the lines that the innovations have
-/// over the whole recording, and those that they have in a part of it, there. Between two lines a
-/// tone leaves nothing.
-fn tones(effect: &Effect, site: &Site, setting: &Setting<'_>) -> Vec<(Inner, usize)> {
-    let lines = (setting.lines)(site);
-    let (bursts, looked) = setting.bursts;
-    let steady = lines.iter().map(|line| (*line, setting.begin_s, None, setting.looked / lines.len()));
-    let brief = bursts.iter().map(|own| (own.frequency_hz, own.begin_s, Some(own.duration_s), looked / bursts.len()));
-    let mut list = Vec::new();
-    for (frequency_hz, begin_s, duration_s, tries) in steady.chain(brief) {
-        let of = |p: &EffectParameter| match p.role {
-            Role::Frequency => vec![frequency_hz],
-            Role::Onset => vec![begin_s],
-            Role::Duration => vec![duration_s.unwrap_or(p.default)],
-            _ => points(p, setting, (site, None)),
-        };
-        let all = effect.parameters.iter().filter(is_inner);
-        let all = all.fold(vec![Vec::new()], |grid, p| product(grid, p.name, &clamped(p, of(p))));
-        list.extend(all.into_iter().map(|inner| (inner, tries)));
-    }
-    list
-}
-
-/// Every point of a grid with each of these values.
-fn product(grid: Vec<Inner>, name: &'static str, values: &[f64]) -> Vec<Inner> {
-    let with = |inner: Inner| values.iter().map(move |value| [inner.clone(), vec![(name, *value)]].concat());
-    grid.into_iter().flat_map(with).collect()
-}
-
-fn is_inner(parameter: &&EffectParameter) -> bool {
-    !matches!(parameter.role, Role::Amplitude | Role::Direction { .. })
 }
 
 /// Grid points of laws that begin at a jump of the innovations, and last to the end or to the next
@@ -376,7 +322,7 @@ fn directions(effect: &'static Effect, planar: bool) -> Vec<Direction> {
 }
 
 /// Values of one shape parameter that the score tests; see [`Scan`].
-fn points(parameter: &EffectParameter, setting: &Setting<'_>, (site, motion): (&Site, Option<Motion>)) -> Vec<f64> {
+fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Motion>) -> Vec<f64> {
     let default = || vec![parameter.default];
     let times = |shares: &[f64], of: f64| clamped(parameter, shares.iter().map(|share| share * of));
     let range = motion.map_or(0.0, |m| m.high - m.low);
@@ -403,7 +349,6 @@ fn points(parameter: &EffectParameter, setting: &Setting<'_>, (site, motion): (&
             let inside = motion.is_none_or(|m| m.low <= 0.0 && m.high >= 0.0);
             vec![if inside { 0.0 } else { motion.map_or(0.0, |m| 0.5 * (m.low + m.high)) }]
         }
-        Scan::SpecificForce => (setting.specific_force)(site).map_or_else(default, |own| clamped(parameter, [own])),
         Scan::DurationOver(parts) => clamped(parameter, [duration / parts]),
         Scan::Frequencies => frequencies(parameter, setting),
         Scan::Orders => orders(parameter, setting, range, rate),

@@ -1,15 +1,15 @@
 //! Spectral lines of the innovations: candidate frequencies of an unmodelled tone, ripple or mode.
 
-use super::bursts::{Burst, Even, bursts, power};
 use identification::filter::Linear;
 use identification::problem::Timeline;
+use realfft::RealFftPlanner;
 
 /// Lines of each list.
 pub const LINES: usize = 3;
 /// Samples below which there is no spectrum.
-pub(super) const SAMPLES_MIN: usize = 32;
+const SAMPLES_MIN: usize = 32;
 /// Periods in a recording below which a line counts as a drift.
-pub(super) const PERIODS_MIN: usize = 3;
+const PERIODS_MIN: usize = 3;
 /// An interval may differ from the mean one by this share.
 const UNEVENNESS_MAX: f64 = 0.1;
 
@@ -19,9 +19,6 @@ pub struct Lines {
     pub channels: Vec<Vec<f64>>,
     pub pooled: Vec<f64>,
     pub looked: usize,
-    /// Tones that last for a part of the run, of all channels, and how many were tested.
-    pub bursts: Vec<Burst>,
-    pub looked_for_bursts: usize,
 }
 
 /// Strongest lines of the innovations of one run, strongest first; none of a channel that is too
@@ -45,23 +42,11 @@ pub fn lines(linear: &Linear, timeline: &Timeline, channels: usize) -> Lines {
     }
     pool.sort_by(|a, b| b.0.total_cmp(&a.0));
     found.pooled = pool.into_iter().take(LINES).map(|(_, f)| f).collect();
-    let all = (0..channels).filter_map(|channel| even_series(&nu, timeline, channel));
-    (found.bursts, found.looked_for_bursts) = bursts(all);
     found
 }
 
 /// Spacing of the frequencies and power relative to the mean, from the first frequency on.
 fn periodogram(nu: &[f64], timeline: &Timeline, channel: usize) -> Option<(f64, Vec<f64>)> {
-    let Even { period_s, values, .. } = even_series(nu, timeline, channel)?;
-    let n = values.len();
-    let mut power = power(values)?;
-    let level = power.iter().sum::<f64>() / power.len() as f64;
-    power.iter_mut().for_each(|p| *p /= level);
-    (level > 0.0 && level.is_finite()).then_some((1.0 / (n as f64 * period_s), power))
-}
-
-/// Of one channel, about its mean; `None` where it is too short or not evenly sampled.
-fn even_series(nu: &[f64], timeline: &Timeline, channel: usize) -> Option<Even> {
     let own: Vec<usize> = (0..nu.len()).filter(|s| timeline.channel[*s] == channel).collect();
     let n = own.len() & !1;
     if n < SAMPLES_MIN {
@@ -75,8 +60,14 @@ fn even_series(nu: &[f64], timeline: &Timeline, channel: usize) -> Option<Even> 
         return None;
     }
     let mean = own[..n].iter().map(|s| nu[*s]).sum::<f64>() / n as f64;
-    let begin_s = timeline.stamp_s[own[0]] - timeline.shift_s[channel];
-    Some(Even { begin_s, period_s, values: own[..n].iter().map(|s| nu[*s] - mean).collect() })
+    let mut series: Vec<f64> = own[..n].iter().map(|s| nu[*s] - mean).collect();
+    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut spectrum = plan.make_output_vec();
+    plan.process(&mut series, &mut spectrum).ok()?;
+    let mut power: Vec<f64> = spectrum[1..n / 2].iter().map(|x| x.norm_sqr()).collect();
+    let level = power.iter().sum::<f64>() / power.len() as f64;
+    power.iter_mut().for_each(|p| *p /= level);
+    (level > 0.0 && level.is_finite()).then_some((1.0 / (n as f64 * period_s), power))
 }
 
 /// Power and frequency of the local maxima, largest first.
@@ -98,8 +89,12 @@ mod tests {
     fn strongest_lines_come_first_at_their_frequencies() {
         let tau = core::f64::consts::TAU;
         let at = |hz: f64, k: usize| libm::sin(tau * hz * k as f64 / 64.0);
-        let series: Vec<f64> = (0..256).map(|k| at(3.0, k) + 2.0 * at(11.25, k)).collect();
-        let found = peaks(0.25, &power(series).unwrap());
+        let mut series: Vec<f64> = (0..256).map(|k| at(3.0, k) + 2.0 * at(11.25, k)).collect();
+        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(256);
+        let mut spectrum = plan.make_output_vec();
+        plan.process(&mut series, &mut spectrum).unwrap();
+        let power: Vec<f64> = spectrum[1..128].iter().map(|x| x.norm_sqr()).collect();
+        let found = peaks(0.25, &power);
         assert_eq!((found[0].1, found[1].1), (11.25, 3.0));
     }
 }

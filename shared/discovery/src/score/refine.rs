@@ -154,14 +154,11 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
     for score in order {
         let candidate = &list[score.column].candidate;
         let numbers = candidate.inner.iter().enumerate();
-        let lasts = candidate.inner_with(Role::Duration).map_or(duration_s, |d| candidate.inner[d].1.min(duration_s));
         let stride = |(number, (name, value)): (usize, &(&str, f64))| {
             let parameter = candidate.effect.parameter(name)?;
             let is_time = matches!(parameter.role, Role::Onset | Role::Duration);
             let left = if is_time { edges.max(HALVINGS) } else { HALVINGS };
-            // as far as a line is wide
-            let within = if parameter.role == Role::Frequency { lasts } else { duration_s };
-            Some(Stride { number, step: step_of(parameter, *value, within)?, left })
+            Some(Stride { number, step: step_of(parameter, *value, duration_s)?, left })
         };
         let steps: Vec<Stride> = numbers.filter_map(stride).collect();
         let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));

@@ -71,9 +71,6 @@ pub enum Scan {
     FromHigh(&'static [f64]),
     /// Zero if the motion passes through it, else the middle of the motion.
     Inside,
-    /// Mean specific force along the axis of a tank that no slosh axis has
-    /// ([`Tank::axial`](crate::description::Tank::axial)).
-    SpecificForce,
     /// Duration of the recording, divided by this value.
     DurationOver(f64),
     /// From three periods per recording to a third of its sample rate, and the lines in the
@@ -187,14 +184,6 @@ impl EffectParameter {
     #[must_use]
     pub const fn direction(self, repeats: f64) -> Self {
         Self { role: Role::Direction { repeats }, ..self }
-    }
-
-    /// As the phase of a law whose amplitude has components \[rad\]: screened in and out of phase,
-    /// estimated. Of a law of one amplitude it is a [`direction`](Self::direction).
-    #[must_use]
-    pub const fn phase(self) -> Self {
-        let prior = Prior::Free(Spread::Absolute(DIRECTION_PRIOR_RAD));
-        Self { scan: Scan::Each(&[0.0, core::f64::consts::FRAC_PI_2]), prior, ..self }
     }
 
     /// As a frequency \[Hz\]: screened over the spectrum, estimated within 30 % of the screened

@@ -13,7 +13,8 @@ fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<Stri
     let theta = session.prior();
     let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
     let jumps = (&Lines::default(), &[][..], &Instants::default());
-    let mut list = candidates(&problem, &nominal, (&linearised.linears, &session.timelines), jumps, &[]);
+    let period_s = session.timelines[0].period_s;
+    let mut list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
     // off the body's axes a mode answers rotation, too
     let is_on_axis =
         |candidate: &Candidate| candidate.inner.iter().all(|(name, value)| !name.starts_with("lever") || *value == 0.0);
@@ -48,7 +49,8 @@ fn a_gap_is_looked_at_at_several_sizes_and_a_gear_softly_besides_the_given_ones(
     let theta = session.prior();
     let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
     let jumps = (&Lines::default(), &[][..], &Instants::default());
-    let list = candidates(&problem, &nominal, (&linearised.linears, &session.timelines), jumps, &[]);
+    let period_s = session.timelines[0].period_s;
+    let list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
     let of = |kind: &str| {
         let own: Vec<Candidate> = list.iter().filter(|candidate| candidate.effect.kind == kind).cloned().collect();
         columns((&session, &linearised), &nominal, &theta, &own)
