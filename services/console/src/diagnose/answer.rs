@@ -130,3 +130,19 @@ pub fn confirmed_by(diagnosed: &Diagnosed, status: Status) -> String {
 fn limited(kind: &str, site: &str) -> String {
     super::names::within(&titled(&title(kind), site))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_at_the_limit_of_its_range_says_so() {
+        let inside = ParameterReport::inside("scale".into(), (0.29, 0.02), "1".into());
+        let at_bound = ParameterReport { value: 0.3, at_bound: true, ..inside.clone() };
+        assert!(!estimate(&inside).contains("limit"), "{}", estimate(&inside));
+        assert!(estimate(&at_bound).ends_with("(at the limit of its range)"), "{}", estimate(&at_bound));
+        // a key of the object where it holds, and no other one
+        let keys = |own: &ParameterReport| serde_json::to_value(own).unwrap().as_object().unwrap().len();
+        assert_eq!((keys(&inside), keys(&at_bound)), (4, 5));
+    }
+}
