@@ -1,9 +1,8 @@
 //! A slosh spring that is really a pendulum.
 
-use super::geometry::{cross_f64, dot, norm};
 use super::parts;
-use dynamics::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
-use dynamics::effect::{Effect, EffectParameter, Family, Law};
+use dynamics::description::{Plant, Quantity, Site, SiteKind, Tank, TankModel};
+use dynamics::effect::{Effect, EffectParameter, Family, Law, Scan};
 
 /// Slosh stiffness that follows axial acceleration: part of the slosh mass on a rod of length
 /// `|a| m / k`.
@@ -13,14 +12,15 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Tank],
     applies: hangs,
     parameters: &[
-        EffectParameter::new("fraction", "1", [0.0, 0.95], 0.5, "share of the slosh mass that hangs").amplitude(),
+        EffectParameter::new("fraction", "1", [0.0, 0.999], 0.5, "share of the slosh mass that hangs").amplitude(),
         EffectParameter::new(
             "axial_acceleration",
             "m/s^2",
             [-30.0, 30.0],
             0.1,
             "specific force at which it has the spring's frequency; along z x axis (planar), axis 1 x axis 2 (spatial)",
-        ),
+        )
+        .scanned(Scan::SpecificForce),
     ],
     law: Law::Structure(build),
     family: Family::Slosh,
@@ -34,28 +34,7 @@ pub static EFFECT: Effect = Effect {
 
 fn hangs(plant: &Plant, site: &Site) -> bool {
     let tank = plant.tanks.iter().find(|tank| tank.name == site.name);
-    tank.is_some_and(|tank| axial(tank, plant.space).is_ok())
-}
-
-/// Across all slosh axes; unit vector, body axes.
-fn axial(tank: &Tank, space: Space) -> Result<[f64; 3], String> {
-    let TankModel::Spring { axes, stiffness_n_m, damping_n_s_m } = &tank.model else {
-        return Err(format!("{} is a pendulum already", tank.name));
-    };
-    match (space, axes.as_slice()) {
-        (Space::Planar, [axis]) => Ok([-axis[1], axis[0], 0.0]),
-        (Space::Spatial, [first, second]) => {
-            let equal = |list: &[Quantity]| list.iter().all(|quantity| quantity.value == list[0].value);
-            // axes are stated with some ten digits
-            if dot(*first, *second).abs() > 1e-9 || !equal(stiffness_n_m) || !equal(damping_n_s_m) {
-                return Err(format!("{} is not alike along its axes; a pendulum is", tank.name));
-            }
-            let across = cross_f64(*first, *second);
-            let length = norm(across);
-            Ok(across.map(|component| component / length))
-        }
-        _ => Err(format!("{} has {} slosh axes; a pendulum has one in the plane, two in space", tank.name, axes.len())),
-    }
+    tank.is_some_and(|tank| tank.axial(plant.space).is_ok())
 }
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
@@ -66,7 +45,7 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     let name = parts::free_name(plant, &format!("{}_pendulum", site.name));
     let space = plant.space;
     let tank = parts::tank_mut(plant, site)?;
-    let axial = axial(tank, space)?;
+    let axial = tank.axial(space)?;
     let TankModel::Spring { stiffness_n_m, damping_n_s_m, .. } = &mut tank.model else {
         return Err(format!("{site} is a pendulum already"));
     };
@@ -99,6 +78,7 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
 mod tests {
     use super::*;
     use crate::trial::plant;
+    use dynamics::description::Space;
 
     #[test]
     fn spring_and_pendulum_share_mass_place_and_frequency() {

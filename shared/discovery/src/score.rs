@@ -20,6 +20,7 @@ mod lines;
 mod noise_free;
 mod orders;
 pub mod refine;
+mod specific_force;
 mod thin;
 
 pub use candidates::{Candidate, candidates};

@@ -165,9 +165,8 @@ fn names(session: &EstimationSession<'_>, model: &Model, (without, laws): (&[Str
 /// Of the catalogue's laws of one number.
 fn columns_of_catalogue(session: &EstimationSession<'_>, model: &Model, without: &[String]) -> Vec<Vec<f64>> {
     let (plant, linears) = (&model.problem.plant, &model.fit.linearised.linears);
-    let period_s = session.timelines[0].period_s;
     let none = (&Lines::default(), &[][..], &Instants::default());
-    let mut list = candidates(&model.problem, plant, linears, period_s, none, without);
+    let mut list = candidates(&model.problem, plant, (linears, &session.timelines), none, without);
     list.retain(|own| own.numbers() == 1);
     let all = along_noise_free_loop(session, model, |along| columns(along, plant, &model.fit.theta, &list));
     all.into_iter().flat_map(|column| column.raw).collect()

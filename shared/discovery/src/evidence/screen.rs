@@ -91,7 +91,7 @@ fn screen_along(
     let (found_lines, found_orders) = longest(session, model);
     let jumps = instants((session, linearised), along, plant, theta, &noises[1]);
     let found = (&found_lines, &found_orders[..], &jumps);
-    let mut list = candidates(&model.problem, plant, &linearised.linears, period_s, found, without);
+    let mut list = candidates(&model.problem, plant, (&linearised.linears, &session.timelines), found, without);
     thin(session, (plant, theta), &mut list);
     let mut all = columns(along, plant, theta, &list);
     let scorers: Vec<Scorer<'_, '_>> =

@@ -1,11 +1,12 @@
 //! The catalogue laid out over a plant: every effect at every site, with grids for the shape
 //! parameters of its law.
 
+use super::specific_force::mean_axial;
 use super::{Instants, Lines, Orders};
-use dynamics::description::{Plant, Site, SiteKind, Space};
+use dynamics::description::{EffectUse, Plant, Site, SiteKind, Space};
 use dynamics::effect::{Amplitude, Effect, EffectParameter, Role, Scan, sites};
 use identification::filter::Linear;
-use identification::problem::Problem;
+use identification::problem::{Problem, Timeline};
 
 /// One effect at one site with its shape parameters.
 #[derive(Clone)]
@@ -112,6 +113,11 @@ impl Candidate {
         self.directions.len().max(1) + self.inner.iter().filter(is_picked).count()
     }
 
+    /// `used` is this effect at this site.
+    pub fn is(&self, used: &EffectUse) -> bool {
+        used.kind == self.effect.kind && used.site == self.site
+    }
+
     /// Both are the same effect at the same site: points of one law.
     pub fn same_law(&self, other: &Self) -> bool {
         self.effect.kind == other.effect.kind && self.site == other.site
@@ -138,6 +144,8 @@ struct Setting<'a> {
     begin_s: f64,
     period_s: f64,
     motion: &'a dyn Fn(&Site) -> Option<Motion>,
+    /// See [`mean_axial`].
+    specific_force: &'a dyn Fn(&Site) -> Option<f64>,
     /// Lines of the innovations that a site can cause [Hz].
     lines: &'a dyn Fn(&Site) -> Vec<f64>,
     /// Frequencies among which the lines were found.
@@ -162,12 +170,15 @@ const TIMES: usize = 8;
 pub fn candidates(
     problem: &Problem,
     plant: &Plant,
-    linears: &[Linear],
-    period_s: f64,
+    (linears, timelines): (&[Linear], &[Timeline]),
     (found, ripples, jumps): (&Lines, &[Orders], &Instants),
     without: &[String],
 ) -> Vec<Candidate> {
     let motion = |site: &Site| motion(plant, linears, site);
+    let specific_force = |site: &Site| {
+        let tank = plant.tanks.iter().find(|tank| site.kind == SiteKind::Tank && tank.name == site.name);
+        mean_axial(plant, linears, timelines, tank?)
+    };
     // for a sensor its own, for all other sites those of any sensor
     let of = |site: &Site, channels: &[Vec<f64>], pooled: &[f64]| {
         let channel = plant.sensors.iter().position(|sensor| site.kind == SiteKind::Sensor && sensor.name == site.name);
@@ -185,8 +196,9 @@ pub fn candidates(
     let setting = Setting {
         duration_s: end_s - begin_s,
         begin_s,
-        period_s,
+        period_s: timelines[0].period_s,
         motion: &motion,
+        specific_force: &specific_force,
         lines: &lines,
         looked: found.looked,
         instants: &instants,
@@ -215,7 +227,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     let mut grid: Vec<Inner> = vec![Vec::new()];
     let is_inner = |p: &&EffectParameter| !matches!(p.role, Role::Amplitude | Role::Direction { .. });
     for parameter in effect.parameters.iter().filter(is_inner) {
-        let mut points = points(parameter, setting, motion);
+        let mut points = points(parameter, setting, (site, motion));
         match parameter.scan {
             Scan::Frequencies => {
                 points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
@@ -322,7 +334,7 @@ fn directions(effect: &'static Effect, planar: bool) -> Vec<Direction> {
 }
 
 /// Values of one shape parameter that the score tests; see [`Scan`].
-fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Motion>) -> Vec<f64> {
+fn points(parameter: &EffectParameter, setting: &Setting<'_>, (site, motion): (&Site, Option<Motion>)) -> Vec<f64> {
     let default = || vec![parameter.default];
     let times = |shares: &[f64], of: f64| clamped(parameter, shares.iter().map(|share| share * of));
     let range = motion.map_or(0.0, |m| m.high - m.low);
@@ -349,6 +361,7 @@ fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Mot
             let inside = motion.is_none_or(|m| m.low <= 0.0 && m.high >= 0.0);
             vec![if inside { 0.0 } else { motion.map_or(0.0, |m| 0.5 * (m.low + m.high)) }]
         }
+        Scan::SpecificForce => (setting.specific_force)(site).map_or_else(default, |own| clamped(parameter, [own])),
         Scan::DurationOver(parts) => clamped(parameter, [duration / parts]),
         Scan::Frequencies => frequencies(parameter, setting),
         Scan::Orders => orders(parameter, setting, range, rate),

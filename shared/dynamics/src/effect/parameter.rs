@@ -71,6 +71,9 @@ pub enum Scan {
     FromHigh(&'static [f64]),
     /// Zero if the motion passes through it, else the middle of the motion.
     Inside,
+    /// Mean specific force along the axis of a tank that no slosh axis has
+    /// ([`Tank::axial`](crate::description::Tank::axial)).
+    SpecificForce,
     /// Duration of the recording, divided by this value.
     DurationOver(f64),
     /// From three periods per recording to a third of its sample rate, and the lines in the
