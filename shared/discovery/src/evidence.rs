@@ -14,10 +14,11 @@
 //! | `marginal`, `noise` | Laplace's method with bounds; the noise with its priors |
 //! | `timing`, `exact` | inputs between their samples; numbers that are stated as exact |
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
+//! | `follow`, `onset`, `sharpness` | numbers that a fit holds: times, rates over which signs turn |
 //! | `screen`, `propose`, `others`, `disturbed` | the catalogue about a model; what to fit |
 //! | `temper`, `predict`, `learned` | coloured innovations; held-out data in nats |
 //! | `horizon` | distances from held-out data in free runs over windows: whether it matters |
-//! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
+//! | `pool`, `search`, `beginning` | sets compared by pairs; sets that grow and shrink |
 //! | `alias`, `law`, `powers` | models that are the same on a record; what no entry describes |
 //! | `labels` | recordings as labelled against corrected ones |
 //! | `decide`, `answer` | every constant, the verdict; the diagnosis |
@@ -27,10 +28,12 @@
 mod alias;
 mod answer;
 mod augmented;
+mod beginning;
 mod decide;
 mod disturbed;
 mod exact;
 mod exact_columns;
+mod follow;
 mod horizon;
 mod hypothesis;
 pub mod labels;
@@ -50,6 +53,7 @@ mod relatives;
 mod scale;
 mod screen;
 mod search;
+mod sharpness;
 mod starts;
 mod temper;
 mod timed;
@@ -96,7 +100,8 @@ fn run(
     outline.begin(Phase::Noise);
     let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
     outline.begin(Phase::Compare);
-    let pool = search::searched(&session, bare, options, &mut outline);
+    let leads = beginning::leads(&session, &bare, options, &mut outline);
+    let pool = search::searched(&session, (bare, &leads), options, &mut outline);
     outline.begin(Phase::UnknownLaw);
     let own = session.in_parts(pool.parts).map_err(|error| error.to_string())?;
     let goes_on = session.work.goes_on(Phase::UnknownLaw.words());

@@ -9,7 +9,7 @@
 //! above its noise, and without the command the plant must miss the recording again.
 //!
 //! Of a long recording the first samples are tested before the whole; the mistake that explains
-//! them must explain the whole. The cost of testing is counted ([`identification::work`]): the
+//! them must explain the whole, and where none explains them, none explains the whole. The cost of testing is counted ([`identification::work`]): the
 //! nearest hypotheses come first, and those beyond the work are omitted and reported for no
 //! channel.
 
@@ -95,6 +95,9 @@ pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Op
     while many < all {
         let beginning = recording.beginning(many as f64 / all as f64);
         let found = explained(&evaluator, &beginning)?;
+        if found.none_near {
+            return None;
+        }
         let found = if found.list.is_empty() { None } else { confirmed(&evaluator, recording, found) };
         if found.is_some() {
             return found;
@@ -125,6 +128,8 @@ fn is_near(found: &Option<Prediction>) -> bool {
 struct Explained {
     before: Option<Prediction>,
     list: Vec<(Prediction, Mislabelled)>,
+    /// As labelled the plant misses by far, and so it does with every mistake corrected.
+    none_near: bool,
 }
 
 impl Explained {
@@ -164,7 +169,11 @@ fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Ex
     if !evaluator.affords(recording, ParameterChoice::Fitted, OMITTED_PARTS) {
         return None;
     }
-    let mut explained = Explained { before: evaluator.predicted(recording, ParameterChoice::Fitted), list: Vec::new() };
+    let mut explained = Explained {
+        before: evaluator.predicted(recording, ParameterChoice::Fitted),
+        list: Vec::new(),
+        none_near: false,
+    };
     if is_near(&explained.before) {
         return Some(explained);
     }
@@ -173,6 +182,7 @@ fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Ex
     if !explained.list.iter().any(|found| explained.holds(evaluator.plant, found)) {
         explained.list = nearer(evaluator, recording, ParameterChoice::ByContinuation, explained.list);
     }
+    explained.none_near = !explained.list.iter().any(|(after, _)| after.is_near());
     explained.keep_near(evaluator.plant);
     if !explained.list.is_empty() {
         if evaluator.affords(recording, ParameterChoice::ByContinuation, OMITTED_PARTS) {
@@ -198,7 +208,7 @@ fn confirmed(evaluator: &PlantEvaluator<'_>, recording: &Recording, of_part: Exp
     let samples = list.first()?.0.samples;
     let fitted = || evaluator.predicted(recording, ParameterChoice::Fitted);
     let before = of_part.before.map(|before| before.of_more(samples)).or_else(fitted);
-    let mut explained = Explained { before, list };
+    let mut explained = Explained { before, list, none_near: false };
     if let Some(least) = &explained.before
         && (least.is_near() || !explained.list.iter().any(|found| explained.holds(evaluator.plant, found)))
     {

@@ -44,7 +44,7 @@ mod wide;
 pub use disturbances::{DISTURBANCE, equip};
 pub use equations::{crossed, products};
 pub use frozen::Frozen;
-pub use gains::{Gains, gains};
+pub use gains::{Gains, gains, state_sigmas};
 pub use gradient::{Gradient, Slope, gradient};
 pub use horizon::{Ahead, ahead};
 pub use initial::Start;

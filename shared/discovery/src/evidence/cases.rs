@@ -1,5 +1,7 @@
 //! Laws of decisions over plants and kinds of mismatch.
 
+mod friction;
+
 use super::*;
 use crate::diagnose::Verdict;
 use crate::noisier::of_higher_variance;

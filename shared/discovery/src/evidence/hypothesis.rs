@@ -95,6 +95,10 @@ impl Hypothesis {
         if let Self::Effect(parts) = self { parts } else { &[] }
     }
 
+    pub(super) fn parts_mut(&mut self) -> &mut [Part] {
+        if let Self::Effect(parts) = self { parts } else { &mut [] }
+    }
+
     /// Unique among all hypotheses of a plant.
     pub(super) fn key(&self, plant: &Plant) -> String {
         match self {

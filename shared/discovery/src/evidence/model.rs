@@ -8,7 +8,6 @@ use super::noise::{Linearly, NoisePrior};
 use super::temper::Instants;
 use super::timed::timed;
 use super::timing::{as_seen, shift_of};
-use crate::score::Candidate;
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, Normal, fit};
@@ -24,9 +23,6 @@ const SETTLED: f64 = 0.1;
 const FAILED: f64 = 1.0;
 /// Shares of the screened amplitude at which a fit starts.
 const STARTS: [f64; 2] = [1.0, 1e-3];
-/// Divisor of a rate over which a sign is smoothed, and how often: numerics, not physics.
-const SHARPER: f64 = 5.0;
-const SHARPENINGS_MAX: usize = 2;
 
 /// A fitted set.
 #[derive(Clone)]
@@ -161,7 +157,7 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
 /// Fits `set` from `begin`; a fit that ends above `−2 ln p` of the model it contains has failed and
 /// starts once more near that model. `None`: it failed again.
 ///
-/// Cost: a few relinearisations, as many for each sharper sign.
+/// Cost: a few relinearisations.
 pub(super) fn fitted(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, contained: f64) -> Option<Model> {
     let tried = STARTS.iter().filter_map(|share| from(ground, set, begin, *share));
     let model = tried.into_iter().find(|model| model.objective < contained + FAILED)?;
@@ -205,11 +201,13 @@ pub(super) fn settled(
         let own = linear.settled(&noise, &prior)?;
         theta.clone_from(&found.theta);
         let known = core::mem::replace(&mut noise, own.noise);
-        if best.as_ref().is_none_or(|(.., least)| here < *least) {
+        let gained = best.as_ref().map_or(f64::INFINITY, |(.., least)| least - here);
+        if gained > 0.0 {
             best = Some((found, known, here));
         }
         turn = work.spent() - begun;
-        if here - own.objective < SETTLED {
+        // a turn that keeps nothing of what the linear problem promised is not repeated
+        if gained < SETTLED || here - own.objective < SETTLED {
             break;
         }
     }
@@ -240,42 +238,4 @@ fn bounds(problem: &Problem, fit: &Fit, normal: &Normal) -> Vec<Bound> {
         Bound { place, room, prior: if is_amplitude { cut_at_nothing(prior[0]) } else { prior } }
     })
     .collect()
-}
-
-/// The same with signs smoothed over smaller rates, as long as the evidence rises: those of laws
-/// that are not `known`.
-pub(super) fn sharpened(ground: Ground<'_>, model: Model, known: &[Hypothesis]) -> Model {
-    let mut best = model;
-    for _ in 0..SHARPENINGS_MAX {
-        let Some(set) = sharper(&best.set, known) else { break };
-        match from(ground, &set, best.begin(), 1.0) {
-            Some(found) if found.log_marginal > best.log_marginal => best = found,
-            _ => break,
-        }
-    }
-    best
-}
-
-/// `None`: no sign can be sharper.
-fn sharper(set: &[Hypothesis], known: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
-    let is_known =
-        |own: &Candidate| known.iter().flat_map(Hypothesis::parts).any(|part| part.column.candidate.same_law(own));
-    let mut set = set.to_vec();
-    let mut any = false;
-    for own in &mut set {
-        let Hypothesis::Effect(parts) = own else { continue };
-        for candidate in parts.iter_mut().map(|part| &mut part.column.candidate).filter(|own| !is_known(own)) {
-            let (Some(place), Some(smoothing)) =
-                (candidate.inner_with(Role::Smoothing), candidate.effect.with_role(Role::Smoothing))
-            else {
-                continue;
-            };
-            let sharp = candidate.inner[place].1 / SHARPER;
-            if sharp >= smoothing.low {
-                candidate.inner[place].1 = sharp;
-                any = true;
-            }
-        }
-    }
-    any.then_some(set)
 }

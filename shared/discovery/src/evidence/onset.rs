@@ -5,11 +5,12 @@
 //! on the linear model; differences over that width give its correlation with the other edge and
 //! with every other parameter.
 
+use super::follow::Follow;
 use crate::score::Candidate;
-use dynamics::description::{EffectUse, Plant};
+use dynamics::description::Plant;
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
-use identification::fit::{EstimationSession, Fit, LinearisedProblem};
+use identification::fit::{EstimationSession, Fit};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Relative tolerance of a width.
@@ -86,8 +87,7 @@ fn span_s(session: &EstimationSession<'_>) -> [f64; 2] {
 /// Edges of the effect of `candidate` in `plant` that the score's refinement searches; edges
 /// outside the recording are absent.
 fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
-    let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
-    let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
+    let Some(effect) = plant.effects.iter().position(|used| candidate.is(used)) else { return Vec::new() };
     let [begin_s, end_s] = span_s(session);
     let is_inside = |place: &Place| time(plant, effect, place.edge).is_some_and(|t| begin_s < t && t < end_s);
     [Edge::Begin, Edge::End].map(|edge| Place { effect, edge }).into_iter().filter(is_inside).collect()
@@ -127,24 +127,7 @@ fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
     Some(plant)
 }
 
-/// Least objective of a plant near a fit, all parameters following on the fit's linear model.
-struct Follow<'a, 'p> {
-    session: &'a EstimationSession<'p>,
-    linearised: LinearisedProblem,
-    theta: &'a [f64],
-    noise: &'a NoiseModel,
-}
-
-impl<'a, 'p> Follow<'a, 'p> {
-    fn new(session: &'a EstimationSession<'p>, fit: &'a Fit, noise: &'a NoiseModel) -> Self {
-        Self { session, linearised: fit.linearised.clone(), theta: &fit.theta, noise }
-    }
-
-    fn least(&mut self, plant: &Plant) -> Option<f64> {
-        self.linearised.nu = self.session.innovations(plant, self.theta, &self.linearised.linears, &|_| true)?;
-        self.linearised.normal(self.session, self.theta, self.noise, &[])?.least().map(|(least, _)| least)
-    }
-
+impl Follow<'_, '_> {
     /// Half the width in which the objective rises by less than one, at least the resolution of the
     /// integration; all other edges fixed.
     fn sigma(&mut self, plant: &Plant, place: Place) -> Option<f64> {

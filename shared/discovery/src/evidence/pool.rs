@@ -21,8 +21,6 @@ pub(super) struct Entry {
     pub expanded: bool,
     /// Held-out data reject it.
     pub rejected: bool,
-    /// Key of the first model that is the same on the record: this one's own where there is none.
-    pub class: String,
 }
 
 /// A hypothesis without a weight, and why.
@@ -42,6 +40,8 @@ pub(super) struct Pool {
     pub log_m: f64,
     /// Parts that each step of integration was taken in.
     pub parts: usize,
+    /// The search began about sets that lead on a beginning of the recordings.
+    pub is_led: bool,
     /// Keys of all sets that were tried.
     pub seen: BTreeSet<String>,
     /// Work of a fit, and of a look at the catalogue about a model. A mean: what one law costs,
@@ -151,8 +151,11 @@ impl Pool {
     }
 
     /// The entry is the leader without one of its findings, which meets its rivals about it beside
-    /// all others.
+    /// all others; they have met where the search was led to the leader.
     fn is_leader_without(&self, place: usize, best: usize) -> bool {
+        if self.is_led {
+            return false;
+        }
         let [entry, leader] = [place, best].map(|place| &self.entries[place].model);
         leader.holds(entry) && matches!(&leader.beyond(entry)[..], [own] if own.class() != Class::Noise)
     }
@@ -210,13 +213,9 @@ impl Pool {
         (0..self.entries.len()).filter(is_open)
     }
 
-    /// What is met about an entry was met about another one: a model that is the same on the record
-    /// (names of the same law meet each other about the leader without one of its findings), or one
-    /// of the same laws and all of its noise, of which it has some: there in the place of noise.
+    /// What is met about an entry was met about one of the same laws and all of its noise, of which
+    /// it has some: there in the place of noise.
     fn is_known(&self, entry: &Entry) -> bool {
-        if self.entries.iter().any(|other| other.expanded && other.class == entry.class) {
-            return true;
-        }
         let laws = |entry: &Entry| key(&without_noise(&entry.model.set), &entry.model.problem);
         let own = laws(entry);
         let has_met = |other: &Entry| other.expanded && other.model.holds(&entry.model) && laws(other) == own;

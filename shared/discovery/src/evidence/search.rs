@@ -13,12 +13,13 @@ use super::decide::{LEVEL, PRIOR_ODDS, SAME};
 use super::disturbed::of_disturbances;
 use super::exact::exact;
 use super::hypothesis::Hypothesis;
-use super::model::{Ground, Model, fitted, key, settled, sharpened};
+use super::model::{Ground, Model, fitted, key, settled};
 use super::noise::unstated;
 use super::pool::{BEAM, Cost, Entry, Open, Pool, without_noise};
 use super::predict::predicted;
 use super::propose::{Proposal, WORTH, proposals};
 use super::screen::screen;
+use super::sharpness::sharpened;
 use super::starts::{at_starts, fitted_numbers, starts};
 use super::timing::shift_of;
 use crate::diagnose::Options;
@@ -28,16 +29,18 @@ use std::collections::BTreeSet;
 
 /// Models that are expanded at most. A budget.
 const EXPANSIONS_MAX: usize = 8;
+/// Members that a leader loses at the end of a search. A budget.
+const SHRINKINGS_MAX: usize = 4;
 /// Parts of a step of integration at most, and change of an evidence from which steps are halved:
 /// one nat, as [`SAME`].
 const PARTS_MAX: usize = 8;
 
-/// Searches from `bare`, the plant without hypotheses.
+/// Searches from `bare`, the plant without hypotheses, and from the sets of `leads`.
 ///
 /// Cost: a screening and some ten fits for each expansion; bounded by the session's work.
 pub(super) fn searched(
     session: &EstimationSession<'_>,
-    bare: Model,
+    (bare, leads): (Model, &[Model]),
     options: &Options,
     outline: &mut Outline<'_>,
 ) -> Pool {
@@ -47,6 +50,7 @@ pub(super) fn searched(
         looked: Vec::new(),
         log_m: 0.0,
         parts: 1,
+        is_led: !leads.is_empty(),
         seen: BTreeSet::from([bare.key()]),
         fits: Cost::default(),
         looks: Cost::default(),
@@ -56,6 +60,9 @@ pub(super) fn searched(
     pool.enter(Ground { session: &own }, bare, options);
     pool.fits.add(FITTED_SET_ROUNDS * session.round_work());
     pool.disturb(Ground { session: &own }, options);
+    for lead in leads {
+        pool.fit(Ground { session: &own }, &lead.set, (lead, &lead.noise), f64::INFINITY, options);
+    }
     let mut leader = 0;
     let mut dearest = 0.0f64;
     for turn in 0..EXPANSIONS_MAX {
@@ -84,6 +91,7 @@ pub(super) fn searched(
         pool.is_unfinished = pool.next_within(libm::log(LEVEL / (1.0 - LEVEL))).is_some();
         pool.open.push(Open { what: "further sets".to_owned(), why: "search not finished" });
     }
+    pool.shrink(Ground { session: &own }, options);
     pool.without_limits(Ground { session: &own });
     pool
 }
@@ -94,10 +102,7 @@ impl Pool {
         let other = options.held_out.as_ref();
         let held_out = other.and_then(|other| predicted(ground, other, &model, bare));
         let is_lost = self.entries.first().is_some_and(|entry| entry.held_out.is_some()) && held_out.is_none();
-        let class = model.key();
-        let mut entry = Entry { model, held_out, expanded: false, rejected: is_lost, class };
-        entry.class = self.twin(ground, &entry).unwrap_or(entry.class);
-        self.entries.push(entry);
+        self.entries.push(Entry { model, held_out, expanded: false, rejected: is_lost });
         self.reject_supersets();
     }
 
@@ -108,18 +113,6 @@ impl Pool {
         for Proposal { set, noise, .. } in of_disturbances(ground, &bare) {
             self.fit(ground, &set, (&bare, &noise), bare.objective, options);
         }
-    }
-
-    /// Class of a model of as many members that is the same on the record, and has as much
-    /// evidence.
-    fn twin(&self, ground: Ground<'_>, entry: &Entry) -> Option<String> {
-        let score = self.score(entry);
-        let is_twin = |other: &&Entry| {
-            other.model.set.len() == entry.model.set.len()
-                && (self.score(other) - score).abs() < 0.5 * SAME
-                && apart(ground, &entry.model, &other.model).is_some_and(|apart| apart < SAME)
-        };
-        self.entries.iter().find(is_twin).map(|other| other.class.clone())
     }
 
     /// Held-out data reject a set for any part of it that they do not reject.
@@ -227,27 +220,59 @@ impl Pool {
             return false;
         }
         self.seen.insert(again.clone().unwrap_or_else(|| name.clone()));
+        self.fit_from(ground, set, (from, noise), (contained, again.is_some()), options);
+        true
+    }
+
+    /// Fits a set, from `another` start than before where it was fitted.
+    fn fit_from(
+        &mut self,
+        ground: Ground<'_>,
+        set: &[Hypothesis],
+        (from, noise): (&Model, &identification::filter::NoiseModel),
+        (contained, another): (f64, bool),
+        options: &Options,
+    ) {
+        let (name, work) = (key(set, ground.session.problem), &ground.session.work);
         let begun = work.spent();
         let begin = super::model::Begin { noise, ..from.begin() };
         let found = fitted(ground, set, begin, contained).or_else(|| fitted(ground, set, from.begin(), contained));
-        // a set that is behind what it was proposed about is not worth signs as sharp as can be:
-        // each costs several times the last
+        // signs of known laws turn as they did, beside a law that gains nothing
         let evidence = |model: &Model| model.log_marginal - self.log_m * model.set.len() as f64;
         let found = found.map(|own| {
             let known = if evidence(&own) > evidence(from) { &[] } else { &from.set[..] };
             sharpened(ground, own, known)
         });
-        match (found, again) {
-            (Some(model), None) => self.enter(ground, model, options),
+        match found {
             // one mode counts once
-            (Some(model), Some(_)) if self.is_another_maximum(&name, &fitted_numbers(&model)) => {
+            Some(model) if !another || self.is_another_maximum(&name, &fitted_numbers(&model)) => {
                 self.enter(ground, model, options);
             }
-            (Some(_), _) => {}
-            (None, _) => self.open.push(Open { what: name, why: "not fitted" }),
+            Some(_) => {}
+            None => self.open.push(Open { what: name, why: "not fitted" }),
         }
         self.fits.add(work.spent() - begun);
-        true
+    }
+
+    /// The leader without each of its members, as long as one of these leads instead: a search that
+    /// ends early has not met them, one that moved to finer steps has left them on coarse ones.
+    fn shrink(&mut self, ground: Ground<'_>, options: &Options) {
+        for _ in 0..SHRINKINGS_MAX {
+            let best = self.best();
+            if self.entries[best].expanded && self.parts == 1 {
+                break;
+            }
+            let model = self.entries[best].model.clone();
+            for set in smaller(&model.set) {
+                let name = key(&set, ground.session.problem);
+                if !self.entries.iter().any(|entry| entry.model.key() == name) {
+                    self.fit_from(ground, &set, (&model, &model.noise), (f64::INFINITY, false), options);
+                }
+            }
+            if self.best() == best {
+                break;
+            }
+        }
     }
 
     /// The evidence of the leader over its nearest rival changes by more than a nat as steps are

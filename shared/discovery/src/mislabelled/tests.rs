@@ -181,3 +181,16 @@ fn without_budget_no_metadata_is_reported_and_that_is_said_and_testing_costs_no_
     assert!(mislabelled(&rubbed, &drive, &tenth).is_none() && tenth.note().is_some());
     assert!(tenth.spent() < 0.3 * work.spent(), "{:e} of {:e}", tenth.spent(), work.spent());
 }
+
+#[test]
+fn where_no_mistake_explains_a_beginning_none_is_sought_in_the_whole() {
+    let drive = plant("drive_rig");
+    let mut rubbed = drive.clone();
+    rubbed.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
+    let [short, long] = [2.0, 8.0].map(|duration_s| {
+        let work = labels();
+        assert!(mislabelled(&recording(&rubbed, 6, duration_s), &drive, &work).is_none() && work.note().is_none());
+        work.spent()
+    });
+    assert!(long < 2.0 * short, "{long:e} {short:e}");
+}

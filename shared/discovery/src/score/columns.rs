@@ -183,10 +183,11 @@ fn forced(
         Some(with)
     };
     let (small, large_plant) = (with(FORCING_AMPLITUDE * large)?, with(large)?);
+    let largest = with(0.5 * candidate.range(direction)[1])?;
     // a sensor moves nothing: commands are those recorded
     let readings_alone = candidate.site.kind == SiteKind::Sensor;
     let mut raw = vec![0.0; linearised.nu.len()];
-    let (mut any, mut push) = (false, 0.0);
+    let (mut any, mut any_larger, mut push) = (false, false, 0.0);
     for (run, (linear, course)) in linearised.linears.iter().zip(courses).enumerate() {
         let timeline = &session.timelines[run];
         let mut other = propagator(session, &small, theta, run)?;
@@ -201,8 +202,15 @@ fn forced(
         session.work.add(other.work() + much.work());
         let all = all?;
         push += course.kinetic.square(&all.state);
+        if all.is_silent() {
+            let mut most = propagator(session, &largest, theta, run)?;
+            any_larger |=
+                [&mut much, &mut most].into_iter().any(|own| !course.sources(own, readings_alone, 1).is_silent());
+            session.work.add(much.work() + most.work());
+            continue;
+        }
+        any = true;
         let change = respond(linear, timeline, &all);
-        any |= change.iter().any(|c| *c != 0.0);
         if !change.iter().all(|c| c.is_finite()) {
             return None;
         }
@@ -211,7 +219,8 @@ fn forced(
         }
     }
     // a law without effect at this amplitude may have one at its usual size
-    any.then(|| Some((raw, large, push.sqrt() / (FORCING_AMPLITUDE * large))))
+    let is_forced = any || !any_larger;
+    is_forced.then(|| any.then(|| (raw, large, push.sqrt() / (FORCING_AMPLITUDE * large))))
 }
 
 /// Distance of two sets of sources per amplitude, relative to the larger.

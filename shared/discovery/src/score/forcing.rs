@@ -25,6 +25,13 @@ pub struct Sources {
     pub reading: Vec<f64>,
 }
 
+impl Sources {
+    /// Neither the state nor a reading feels anything.
+    pub fn is_silent(&self) -> bool {
+        [&self.state, &self.reading].into_iter().flatten().all(|source| *source == 0.0)
+    }
+}
+
 /// The propagators differ in parameter values alone: same states, same lags, same commands.
 pub fn comparable(base: &Propagator<'_>, other: &Propagator<'_>) -> bool {
     base.layout == other.layout

@@ -49,6 +49,29 @@ pub fn gains_in_parts(
     by_size!(layout.len(), recurse)((linear, timeline, noise), layout, each, (None, receive))
 }
 
+/// Median over the run of the standard deviation of every number of the state, as it is predicted;
+/// `None` where a covariance is not positive.
+pub fn state_sigmas(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option<Vec<f64>> {
+    let layout = coloured(&linear.layout, noise);
+    let (n, events) = (layout.tangent, timeline.events.len());
+    let mut recursion = Recursion::<Vec<f64>>::new(&layout, &linear.initial_sigma);
+    let (mut part, mut roots) = (Gains { layout, ..Gains::default() }, Product::default());
+    let mut sigmas = vec![Vec::with_capacity(events); n];
+    let mut here = vec![0.0; n];
+    for k in 0..events {
+        part.clear();
+        recursion.advance((linear, timeline, noise), k..k + 1, &mut part, &mut roots).then_some(())?;
+        recursion.write_sigmas(&mut here);
+        sigmas.iter_mut().zip(&here).for_each(|(all, sigma)| all.push(*sigma));
+    }
+    let median = |mut all: Vec<f64>| {
+        let middle = all.len() / 2;
+        all.select_nth_unstable_by(middle, f64::total_cmp);
+        all[middle]
+    };
+    (events > 0).then(|| sigmas.into_iter().map(median).collect())
+}
+
 /// `layout` with a place for the colour of every channel that has one.
 pub(super) fn coloured(layout: &Layout, noise: &NoiseModel) -> Layout {
     let mut layout = Layout { colours: 0, ..layout.clone() };

@@ -37,6 +37,7 @@ pub struct Propagator<'a> {
     /// empty: none.
     tilts: Vec<f64>,
     pub(super) finer: usize,
+    is_resolved: bool,
     sensors: Vec<Channel>,
     any_mean: bool,
     any_shifted: bool,
@@ -90,7 +91,7 @@ impl<'a> Propagator<'a> {
         layout.clone = if any_mean { layout.tangent } else { 0 };
         layout.colour_of = vec![None; sensors.len()];
         let (n, m, p) = (system.states().len(), system.inputs().len(), sensors.len());
-        let finer = finer((problem, run), (&equipped, &system, &x0), timeline);
+        let (finer, is_resolved) = finer((problem, run), (&equipped, &system, &x0), timeline);
         let rows = timeline.rows_of(problem, &problem.runs[run], &equipped, &system).unwrap_or_default();
         let (rows, tilts) = filtered_rows(&system, timeline, rows);
         let zeros = |n: usize| vec![0.0; n];
@@ -102,6 +103,7 @@ impl<'a> Propagator<'a> {
             x0,
             rows,
             finer,
+            is_resolved,
             tilts,
             any_mean,
             any_shifted,
@@ -135,6 +137,11 @@ impl<'a> Propagator<'a> {
         let flows = (n + m + self.layout.clone + 1).div_ceil(3) + unknowns + 1;
         let white = of_whitening([n, m, z], [events, samples], unknowns + 1) + of_products(samples, unknowns + 1);
         flows as f64 * self.pass_work() + self.recursion_work() + white
+    }
+
+    /// Its steps are short against its fastest rate.
+    pub fn is_resolved(&self) -> bool {
+        self.is_resolved
     }
 
     /// Steps of integration for each of the timeline's.

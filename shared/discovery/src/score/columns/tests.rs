@@ -13,8 +13,7 @@ fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<Stri
     let theta = session.prior();
     let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
     let jumps = (&Lines::default(), &[][..], &Instants::default());
-    let period_s = session.timelines[0].period_s;
-    let mut list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
+    let mut list = candidates(&problem, &nominal, (&linearised.linears, &session.timelines), jumps, &[]);
     // off the body's axes a mode answers rotation, too
     let is_on_axis =
         |candidate: &Candidate| candidate.inner.iter().all(|(name, value)| !name.starts_with("lever") || *value == 0.0);
@@ -49,8 +48,7 @@ fn a_gap_is_looked_at_at_several_sizes_and_a_gear_softly_besides_the_given_ones(
     let theta = session.prior();
     let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
     let jumps = (&Lines::default(), &[][..], &Instants::default());
-    let period_s = session.timelines[0].period_s;
-    let list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
+    let list = candidates(&problem, &nominal, (&linearised.linears, &session.timelines), jumps, &[]);
     let of = |kind: &str| {
         let own: Vec<Candidate> = list.iter().filter(|candidate| candidate.effect.kind == kind).cloned().collect();
         columns((&session, &linearised), &nominal, &theta, &own)
@@ -61,4 +59,26 @@ fn a_gap_is_looked_at_at_several_sizes_and_a_gear_softly_besides_the_given_ones(
     let gears = of("joint_flexibility");
     let soft = gears.iter().filter(|column| column.candidate.at.is_none()).count();
     assert!(soft > 0 && soft < gears.len(), "{soft} of {}", gears.len());
+}
+
+/// A force at the centre of mass of a disc whose axis is fixed: no amplitude of it moves anything.
+#[test]
+fn a_law_that_forces_nothing_takes_no_passes() {
+    let nominal = deployed("drive_rig");
+    let problem = problem(&nominal, recording(&nominal, 3, 1.0));
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let theta = session.prior();
+    let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
+    let jumps = (&Lines::default(), &[][..], &Instants::default());
+    let list = candidates(&problem, &nominal, (&linearised.linears, &session.timelines), jumps, &[]);
+    let work_of = |kind: &str| {
+        let own: Vec<Candidate> = list.iter().filter(|candidate| candidate.effect.kind == kind).cloned().collect();
+        let before = session.work.spent();
+        let found = columns((&session, &linearised), &nominal, &theta, &own).len();
+        let directions: usize = own.iter().map(|candidate| candidate.directions.len()).sum();
+        (found, (session.work.spent() - before) / directions as f64)
+    };
+    let [(silent, for_nothing), (felt, for_something)] = ["force_pulse", "torque_pulse"].map(work_of);
+    assert!(silent == 0 && felt > 0);
+    assert!(for_nothing < 3.0 * for_something, "{for_nothing:e} {for_something:e}");
 }

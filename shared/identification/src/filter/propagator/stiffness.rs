@@ -14,19 +14,21 @@ const STEP_RATE_MAX: f64 = 0.5;
 /// Finest subdivision of a step for a stiff variant.
 const FINER_MAX: usize = 8;
 
-/// Parts that each of the timeline's steps of a run is taken in.
+/// Parts that each of the timeline's steps of a run is taken in, and whether they resolve the
+/// fastest rate.
 pub(super) fn finer(
     (problem, run): (&Problem, usize),
     (plant, system, x0): (&Plant, &System, &[f64]),
     timeline: &Timeline,
-) -> usize {
+) -> (usize, bool) {
     let mut visited = visited(problem, run, system, x0);
     visited.extend(in_contact(plant, system, x0));
     let inputs = system.inputs().len().min(timeline.rows.len());
     let fastest = fastest_rate(system, &visited, &timeline.rows[..inputs]);
     let longest = timeline.events.iter().map(|event| event.step_s).fold(0.0, f64::max);
     let stiff = fastest * longest;
-    if stiff > STEP_RATE_MAX { (libm::ceil(stiff / STEP_RATE_MAX) as usize).min(FINER_MAX) } else { 1 }
+    let parts = libm::ceil(stiff / STEP_RATE_MAX) as usize;
+    (parts.clamp(1, FINER_MAX), parts <= FINER_MAX)
 }
 
 /// The initial state, and as the encoders' least and largest readings have it: a spring may be
