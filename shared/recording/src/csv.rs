@@ -33,6 +33,7 @@ mod date_order;
 mod each_row;
 mod planned;
 mod tidy;
+mod two_clocks;
 mod written;
 
 use each_row::{each_row, notes_of};
@@ -227,5 +228,6 @@ fn width_of(layout: &Layout) -> usize {
 }
 
 fn is_remark(line: &[u8]) -> bool {
-    matches!(line.trim_ascii_start().first(), Some(b'#' | b'%'))
+    let line = line.trim_ascii_start();
+    matches!(line.first(), Some(b'#' | b'%')) || line.starts_with(b"//")
 }

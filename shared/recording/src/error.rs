@@ -27,7 +27,8 @@ impl Place {
     pub(crate) fn within_file(&self) -> String {
         // datasets of binary files have no lines
         let line = if self.line > 0 { format!("line {}, ", self.line) } else { String::new() };
-        format!("{line}column {} `{}`", self.column, self.name)
+        let name = if self.name.is_empty() { String::new() } else { format!(" `{}`", self.name) };
+        format!("{line}column {}{name}", self.column)
     }
 }
 
@@ -49,7 +50,7 @@ impl core::fmt::Display for MapPlace {
 #[derive(Debug, Error, Diagnostic)]
 pub enum RecordingError {
     #[error("{file}: cannot {action}: {reason}")]
-    #[diagnostic(help("check the path, the permissions and the space on the device"))]
+    #[diagnostic(help("{}", cure_of_io(reason)))]
     // Not called `source`: a report would print it a second time as the cause of this line.
     Io { file: String, action: &'static str, reason: std::io::Error },
 
@@ -85,7 +86,8 @@ pub enum RecordingError {
 
     #[error("{place}: no channel beside the clock can be used: {left_out}")]
     #[diagnostic(help(
-        "a recording needs a column of numbers with a name; name one by its number as in --channel 'angle = 2 [rad]'"
+        "a recording needs a column of numbers with a name; name one by its number, as in --channel 'angle = {} [rad]'",
+        first_of(left_out)
     ))]
     NoChannels { place: Box<Place>, left_out: String },
 
@@ -101,8 +103,8 @@ pub enum RecordingError {
     #[diagnostic(help("{cure}"))]
     WhichDataset { file: String, found: String, cure: String },
 
-    #[error("{place}: unit `{found}` is not known; accepted: {accepted}")]
-    #[diagnostic(help("{cure}"))]
+    #[error("{place}: unit `{found}` is not known")]
+    #[diagnostic(help("{cure}; accepted: {accepted}"))]
     UnknownUnit { place: Box<Place>, found: String, accepted: String, cure: String },
 
     #[error("{place}: the unit of `{channel}` is not stated")]
@@ -355,6 +357,24 @@ impl RecordingError {
             Some(cure) => format!("{self}\ncure: {cure}"),
             None => self.to_string(),
         }
+    }
+}
+
+/// The number of the first column that is left out for lack of a name.
+fn first_of(left_out: &str) -> &str {
+    let digits = |text: &'_ str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    let behind = left_out.split("`column ").nth(1).unwrap_or("2");
+    &behind[..digits(behind)]
+}
+
+/// What to do where the system does not give a file.
+fn cure_of_io(reason: &std::io::Error) -> &'static str {
+    match reason.kind() {
+        std::io::ErrorKind::NotFound => "check the path: no such file or folder is there",
+        std::io::ErrorKind::PermissionDenied => "check the permissions of the file and of its folder",
+        std::io::ErrorKind::StorageFull => "make room on the device, or write to another one",
+        std::io::ErrorKind::IsADirectory => "give a file in this folder",
+        _ => "check the path, the permissions and the space on the device",
     }
 }
 

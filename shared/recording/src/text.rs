@@ -10,12 +10,14 @@ mod groups;
 mod header;
 pub(crate) mod interval;
 pub(crate) mod layout;
+mod levels;
 pub(crate) mod lines;
 mod motion_capture;
 pub(crate) mod number;
 pub(crate) mod quantity;
 pub(crate) mod seen;
 pub(crate) mod signs;
+pub(crate) mod stated_date;
 mod trajectories;
 mod units_lines;
 

@@ -1,5 +1,6 @@
 //! How a text table is laid out, and what becomes of its columns.
 
+use super::two_clocks;
 use crate::error::RecordingError;
 use crate::intake::clock::words_of;
 use crate::intake::names::heading;
@@ -15,6 +16,7 @@ use crate::text::printable;
 use crate::text::quantity::{number_in, quantity};
 use crate::text::seen::Layout;
 use crate::text::stamps::Form;
+use crate::text::stated_date::stated_date;
 use crate::units::{Unit, unit_named};
 use std::io::BufRead;
 
@@ -37,6 +39,11 @@ pub(super) fn planned(
     let columns = seen(&layout);
     let source = Source { file, line: layout.header_line };
     let mut plan = plan_with_interval(&source, &columns, &layout, intake)?;
+    two_clocks::agree(&source, &columns, &layout, &plan, intake)?;
+    if plan.clock.is_of_a_day() {
+        let above = ahead.iter().take_while(|(line, _)| *line < layout.first_line).cloned().collect::<Vec<_>>();
+        plan.day = stated_date(&above).unwrap_or(0);
+    }
     plan.notes.extend(layout.notes.iter().cloned());
     if layout.remarks > 0 {
         plan.notes.push(format!("{} line(s) above the header are left out", layout.remarks));

@@ -82,7 +82,9 @@ pub(crate) fn rank(name: &str) -> Option<u8> {
             let timed = |word: &&str| TIMES.contains(word);
             let beside = |word: &&str| QUALIFIERS.contains(word) || unit_named(word).is_some_and(|unit| unit.si == "s");
             let all = words.iter().all(|word| timed(word) || beside(word));
-            let of_a_channel = name.split_once(" - ").is_some_and(|(clock, _)| rank(clock) == Some(0));
+            // `Time - Voltage_0`, `Zeit  1 - Standardmessrate`
+            let bare = |clock: &str| rank(clock.trim_end_matches(|c: char| c.is_ascii_digit())) == Some(0);
+            let of_a_channel = name.split_once(" - ").is_some_and(|(clock, _)| bare(clock));
             ((all && words.iter().any(timed) && words.len() <= 4) || of_a_channel).then_some(3)
         }
     }
@@ -100,7 +102,7 @@ pub(crate) fn part_of_second(name: &str, unit: Option<&str>) -> Option<i64> {
     let named = unit.and_then(unit_named).or_else(|| unit_named(last)).filter(|unit| unit.si == "s");
     let ns = named.map(|unit| (unit.to_si(1.0) * 1e9).round() as i64);
     let by_word = match last {
-        "nanosec" | "nanosecs" | "nsec" | "nsecs" | "nanos" | "nanoseconds" => Some(1),
+        "nano" | "nanosec" | "nanosecs" | "nsec" | "nsecs" | "nanos" | "nanoseconds" => Some(1),
         "microsec" | "microsecs" | "usec" | "usecs" | "micros" | "microseconds" => Some(1000),
         "millisec" | "msec" | "msecs" | "millis" | "milliseconds" => Some(1_000_000),
         _ => None,

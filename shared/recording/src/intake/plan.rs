@@ -106,6 +106,8 @@ pub(crate) struct Plan {
     pub columns: Vec<Planned>,
     /// Clocks of their own of some of the columns.
     pub second_clocks: Vec<SecondClock>,
+    /// Day since 1970-01-01 of a clock that has the time of day alone; 0 where none is stated.
+    pub day: i64,
     pub notes: Vec<String>,
 }
 
@@ -117,7 +119,7 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn place(&self, at: usize, name: &str) -> Box<Place> {
+    pub fn place(&self, at: usize, name: &str) -> Box<Place> {
         Box::new(Place { file: self.file.into(), line: self.line, column: at + 1, name: printable(name) })
     }
 }
@@ -157,7 +159,7 @@ pub(crate) fn plan(source: &Source<'_>, all: &[Seen], intake: &Intake) -> Result
     notes.extend(repeated(&columns, &planned));
     notes.extend(remarks(&planned, &left_out));
     let second_clocks = second_clock::of(all, &clock, &planned);
-    Ok(Plan { axis, clock, clock_header, columns: planned, second_clocks, notes })
+    Ok(Plan { axis, clock, clock_header, columns: planned, second_clocks, day: 0, notes })
 }
 
 /// Names that stand more than once, and what the later columns are called.

@@ -151,7 +151,11 @@ impl<'a> Cells<'a> {
         // a tab at the beginning is the end of an empty cell, not a blank
         if text.contains(&b'"') {
             self.dialect.split_quoted(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
-        } else if self.dialect.labelled || self.dialect.separator == COLUMNS || begins_with_arrow(text) {
+        } else if self.dialect.labelled
+            || self.dialect.separator == COLUMNS
+            || text.first() == Some(&b'[')
+            || begins_with_arrow(text)
+        {
             self.dialect.split(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
         } else if self.dialect.separator == b' ' {
             let cells = text.split(|byte| byte.is_ascii_whitespace()).filter(|cell| !cell.is_empty());
@@ -231,7 +235,7 @@ impl<'a> Cells<'a> {
         let is_back = self.last_ns.saturating_sub(within_ns) > HALF_A_DAY_NS && self.last_ns != i64::MIN;
         self.midnights += i64::from(is_back && self.plan.clock.is_of_a_day());
         self.last_ns = within_ns;
-        let stamp = Stamp { day: day + self.midnights, within_ns };
+        let stamp = Stamp { day: day + self.midnights + self.plan.day, within_ns };
         stamp.since_s(*self.day.get_or_insert(stamp.day))
     }
 

@@ -69,9 +69,16 @@ struct Quoted {
 const VALUE_MAX: usize = 64;
 
 impl Dialect {
-    /// The cells of a line. A stamp that a terminal writes before it, `14:59:58.250 -> 1.5`, is one.
+    /// The cells of a line. A stamp that a terminal writes before it, `14:59:58.250 -> 1.5` or
+    /// `[14:59:58.250] 1.5`, is one.
     pub fn split<'a>(&self, text: &'a str) -> Vec<&'a str> {
         let is_stamp = |stamp: &&str| stamp.contains(':') && Form::is_of(stamp);
+        let bracket = text.strip_prefix('[').and_then(|text| text.split_once(']'));
+        if let Some((stamp, rest)) = bracket.filter(|(stamp, _)| stamp.len() < VALUE_MAX && is_stamp(stamp)) {
+            let rest = rest.trim_start_matches([' ', ':']);
+            let rest = rest.strip_prefix(char::from(self.separator)).unwrap_or(rest);
+            return core::iter::once(stamp).chain(self.divided(rest)).collect();
+        }
         let arrow = text.split_once(" -> ").filter(|_| text.starts_with(|c: char| c.is_ascii_digit()));
         match arrow.filter(|(stamp, _)| is_stamp(stamp)) {
             Some((stamp, rest)) => core::iter::once(stamp).chain(self.divided(rest)).collect(),
@@ -135,7 +142,8 @@ impl Dialect {
 
 /// Whether a line is a remark of the program that wrote it.
 pub(crate) fn is_remark(text: &str) -> bool {
-    text.trim_start().starts_with(['#', '%'])
+    let text = text.trim_start();
+    text.starts_with(['#', '%']) || text.starts_with("//")
 }
 
 /// How many cells stand up to the last that is not empty.

@@ -19,7 +19,12 @@ pub(crate) fn foreign(ahead: &[(u64, String)]) -> Option<Foreign> {
     let most = |is: &dyn Fn(&str) -> bool| 10 * lines.iter().filter(|line| is(line)).count() >= 8 * lines.len().max(1);
     let first = |is: &dyn Fn(&str) -> bool| lines.first().is_some_and(|line| is(line));
     let any = |is: &dyn Fn(&str) -> bool| lines.iter().any(|line| is(line));
-    let kinds: [(bool, &'static str, &'static str); 12] = [
+    let kinds: [(bool, &'static str, &'static str); 13] = [
+        (
+            most(&is_toml) && any(&|line| line.starts_with('[') || line.contains(" = \"")),
+            "a TOML file, as plant files and maps are",
+            "give a recording here, and this file as --plant FILE or --map FILE",
+        ),
         (
             any(&is_ardupilot),
             "an ArduPilot log as text, with messages of many kinds",
@@ -75,6 +80,16 @@ pub(crate) fn foreign(ahead: &[(u64, String)]) -> Option<Foreign> {
         (first(&|line| line.starts_with("<?xml") || line.starts_with("<html")), "XML", "export a table as CSV"),
     ];
     kinds.into_iter().find(|(is, ..)| *is).map(|(_, what, cure)| Foreign { what, cure })
+}
+
+/// `[[body]]`, `mass = "2 kg"`, `# a remark`
+fn is_toml(line: &str) -> bool {
+    let is_key = |key: &str| {
+        !key.is_empty() && key.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '"' | ':'))
+    };
+    line.starts_with('#')
+        || (line.starts_with('[') && line.contains(']') && !line.contains(','))
+        || line.split_once(" = ").is_some_and(|(key, value)| is_key(key.trim()) && !value.is_empty())
 }
 
 fn is_ardupilot(line: &str) -> bool {

@@ -6,6 +6,7 @@
 //! `time [s]  torque [N m]`.
 
 use super::dialect::{COLUMNS, Dialect, is_remark};
+use super::levels::{Levels, levels};
 use super::stamps::Form;
 use super::units_lines::{UnitsLine, is_bare, is_unit, labelled, matched, tabled};
 use crate::intake::clock::rank;
@@ -39,6 +40,11 @@ impl Above {
     }
 
     fn with_cells(lines: &[(u64, String)], dialect: Dialect, width: usize, own: impl Fn(&str) -> Vec<String>) -> Self {
+        let cells: Vec<Line> = lines.iter().map(|(line, text)| (*line, own(unmarked(text)))).collect();
+        if let Some(Levels { line, names, units, note }) = levels(&cells, width) {
+            let remarks = lines.iter().filter(|(other, text)| *other < line && !is_remark(text)).count();
+            return Above { names: Some((line, names)), units, remarks, notes: vec![note.into()] };
+        }
         let mut candidates = candidates(lines, width, &own);
         if candidates.is_empty() {
             candidates = self::candidates(lines, width, |text| other_cells(text, dialect, width));
@@ -52,7 +58,7 @@ impl Above {
         let units_at =
             (0..candidates.len()).rev().find(|at| of_the_table(&candidates[*at]) || are_units(&candidates, *at));
         let under_names = units_at.map(|at| candidates[at].clone()).filter(|line| !of_the_table(line));
-        let names = labelled_names(&candidates, dialect)
+        let names = labelled_names(&candidates, dialect, width)
             .or_else(|| names_of(candidates, units_at))
             .map(|(line, cells)| (line, without_label(cells, width)))
             .map(|names| with_index(names, lines, &own));
@@ -80,7 +86,17 @@ fn is_of_names(cell: &str) -> bool {
     let letters: String = cell.chars().filter(|c| c.is_alphabetic()).flat_map(char::to_lowercase).collect();
     matches!(
         letters.as_str(),
-        "tracename" | "channelname" | "channelnames" | "channeltitle" | "signalname" | "signalnames" | "columnnames"
+        "name"
+            | "names"
+            | "header"
+            | "headers"
+            | "tracename"
+            | "channelname"
+            | "channelnames"
+            | "channeltitle"
+            | "signalname"
+            | "signalnames"
+            | "columnnames"
     )
 }
 
@@ -94,18 +110,24 @@ fn without_label(mut names: Vec<String>, width: usize) -> Vec<String> {
 }
 
 /// The names behind a word for them, `TraceName,CH1,CH2`, where no line names a clock.
-fn labelled_names(candidates: &[Line], dialect: Dialect) -> Option<Line> {
+fn labelled_names(candidates: &[Line], dialect: Dialect, width: usize) -> Option<Line> {
     if candidates.iter().any(names_a_clock) {
         return None;
     }
     let are_names = |(_, cells): &&Line| {
+        // an empty column may stand behind the label
+        let named = cells[1..].iter().skip_while(|cell| cell.is_empty());
         is_of_names(&cells[0])
-            && cells[1..].iter().all(|cell| !dialect.is_value(cell))
-            && cells.iter().all(|c| !c.is_empty())
+            && named.clone().count() > 0
+            && named.clone().all(|cell| !cell.is_empty() && !dialect.is_value(cell))
     };
     let (line, cells) = candidates.iter().rfind(are_names)?;
     let mut cells = cells.clone();
-    cells[0].clear();
+    if cells.len() > width {
+        cells.remove(0);
+    } else {
+        cells[0].clear();
+    }
     Some((*line, cells))
 }
 
@@ -149,6 +171,8 @@ fn candidates(lines: &[(u64, String)], width: usize, cells: impl Fn(&str) -> Vec
             && cells.len() + 1 >= width
             && named > 0
             && (named > 1 || width <= 2)
+            // the key of what stands below it
+            && !(named == 1 && width > 1 && cells[0].ends_with(':'))
     };
     let all = lines.iter().map(|(line, text)| (*line, cells(unmarked(text))));
     let mut all: Vec<Line> = all.filter(|(_, cells)| fits(cells)).collect();
@@ -161,7 +185,7 @@ fn candidates(lines: &[(u64, String)], width: usize, cells: impl Fn(&str) -> Vec
 /// A line without the mark of a remark.
 pub(super) fn unmarked(text: &str) -> &str {
     let text = text.trim_start().trim_start_matches('\u{feff}');
-    if is_remark(text) { text.trim_start_matches(['#', '%']).trim_start() } else { text }
+    if is_remark(text) { text.trim_start_matches(['#', '%', '/']).trim_start() } else { text }
 }
 
 /// A line without a mark that leads remarks in some files alone: `! t, w` and, where no semicolon
@@ -235,7 +259,7 @@ fn columns(text: &str) -> Vec<String> {
 /// Whether a line has keys and numbers, `HOffset, 0.0, 0.0`. Columns may be called by different
 /// whole numbers, behind a clock.
 fn is_setting(cells: &[String]) -> bool {
-    let is_number = |cell: &&String| cell.parse::<f64>().is_ok();
+    let is_number = |cell: &&String| cell.parse::<f64>().is_ok() || is_stamp(cell);
     let numbers: Vec<&String> = cells.iter().filter(is_number).collect();
     let is_name =
         |(at, cell): (usize, &&String)| cell.bytes().all(|byte| byte.is_ascii_digit()) && !numbers[..at].contains(cell);
@@ -251,9 +275,15 @@ fn is_clock(cell: &str) -> bool {
     rank(&heading(cell).name).is_some()
 }
 
-/// Whether a cell names a clock and none is a value, as that of `Time:,14:59:58` is.
+/// Whether a cell names a clock and none is a value, as that of `Time:,14:59:58` is. A property of
+/// every channel, `xname,Time,Time`, is no name of one.
 fn names_a_clock((_, cells): &Line) -> bool {
-    are_names_with_clock(cells)
+    let is_property = cells.len() > 2
+        && !is_clock(&cells[0])
+        && is_clock(&cells[1])
+        && !cells[0].is_empty()
+        && cells[2..].iter().all(|cell| *cell == cells[1]);
+    !is_property && are_names_with_clock(cells)
 }
 
 /// As [`names_a_clock`], of cells.

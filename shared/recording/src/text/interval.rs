@@ -108,7 +108,18 @@ const OF_SAMPLES: &[&str] = &[
 ];
 
 /// Keys that name an interval or a rate where a unit says so alone.
-const WITH_UNIT: &[&str] = &["sampling", "rate", "period", "periode", "messrate", "odr", "outputdatarate"];
+const WITH_UNIT: &[&str] = &[
+    "sampling",
+    "rate",
+    "period",
+    "periode",
+    "messrate",
+    "odr",
+    "outputdatarate",
+    "outputrate",
+    "cadence",
+    "cadencia",
+];
 
 fn needs_unit(key: &str) -> bool {
     WITH_UNIT.contains(&plain(&heading(key.trim()).name).as_str())
@@ -121,7 +132,9 @@ fn plain(name: &str) -> String {
 /// Whether instruments alone write a key: in seconds, whatever the number.
 fn is_of_instruments(key: &str) -> bool {
     let letters = plain(key);
-    ["xinc", "tinc", "deltax", "dx", "wfincrement", "increment", "deltat"].iter().any(|word| letters.starts_with(word))
+    ["xinc", "tinc", "deltax", "dx", "wfincrement", "waveformincrement", "increment", "deltat"]
+        .iter()
+        .any(|word| letters.starts_with(word))
 }
 
 fn seconds(number: f64, unit: Unit) -> Option<f64> {
@@ -178,6 +191,7 @@ const INTERVALS: &[&str] = &[
     "deltax",
     "deltat",
     "wfincrement",
+    "waveformincrement",
     "sampleinterval",
     "samplinginterval",
     "sampleperiod",
@@ -204,6 +218,18 @@ const RATES: &[&str] = &[
     "samplingfreq",
     "updaterate",
     "acquisitionrate",
+    "acquisitionfrequency",
+    "frequencyofacquisition",
+    "fréquencedacquisition",
+    "frequencedacquisition",
+    "fréquencedéchantillonnage",
+    "frequencedechantillonnage",
+    "frecuenciademuestreo",
+    "frequenzadicampionamento",
+    "frequênciadeamostragem",
+    "частотадискретизации",
+    "采样频率",
+    "采样率",
     "datarate",
     "framerate",
     "scanrate",

@@ -14,6 +14,7 @@ use super::motion_capture::motion_capture;
 use super::number::number;
 use super::seen::Layout;
 use super::signs::{Evidences, Signs};
+use super::stamps::Form;
 use super::trajectories::trajectories;
 
 const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
@@ -41,6 +42,9 @@ pub(crate) fn layout(ahead: &[(u64, String)]) -> Option<Layout> {
     layout.notes.extend(note);
     Some(layout)
 }
+
+/// Name of the stamps before rows whose cells begin with their names.
+const STAMPED: &str = "time";
 
 /// The lines that tell a dialect: the last of those that are looked at.
 const TELLING: usize = 60;
@@ -71,10 +75,14 @@ fn labels(ahead: &[(u64, String)], dialect: Dialect) -> Option<Vec<String>> {
     let last = &ahead[ahead.len().saturating_sub(TELLING)..];
     let names_of = |(_, text): &(u64, String)| -> Option<Vec<String>> {
         let cells = dialect.split_quoted(text);
-        let cells = cells.iter().filter(|cell| !cell.is_empty());
-        cells
-            .map(|cell| label(cell).filter(|(_, value)| dialect.is_value(value)).map(|(name, _)| name.into()))
-            .collect()
+        let cells = cells.iter().filter(|cell| !cell.is_empty()).enumerate();
+        let name_of = |(k, cell): (usize, &String)| match label(cell) {
+            Some((name, value)) if dialect.is_value(value) => Some(name.to_owned()),
+            // what a terminal writes before the line
+            None if k == 0 && cell.contains(':') && Form::is_of(cell) => Some(STAMPED.to_owned()),
+            _ => None,
+        };
+        cells.map(name_of).collect()
     };
     // the first line may be one that was cut
     let names = names_of(last.last()?).filter(|names| names.len() > 1 && last.len() > 2)?;

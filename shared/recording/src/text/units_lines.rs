@@ -26,6 +26,9 @@ pub(super) struct UnitsLine {
 
 /// The line as one of units, where a word for units leads it and a unit that is known follows.
 pub(super) fn labelled(line: u64, cells: &[String]) -> Option<UnitsLine> {
+    if let Some(own) = labelled_each(line, cells) {
+        return Some(own);
+    }
     let first = cells.first()?;
     let (of, rest) = label(first)?;
     let mut entries: Vec<String> = Vec::new();
@@ -36,6 +39,20 @@ pub(super) fn labelled(line: u64, cells: &[String]) -> Option<UnitsLine> {
     let known = entries.iter().filter(|entry| is_unit(&named(entry).1)).count();
     let alone = rest.is_empty().then_some(cells.len());
     (known > 0).then(|| UnitsLine { line, of, cells: alone, entries, text: cells.join(" ") })
+}
+
+/// The line as one of units, where each cell that is not empty has the word for units of its own:
+/// `,Unit: rad/s,Unit: N*m`.
+fn labelled_each(line: u64, cells: &[String]) -> Option<UnitsLine> {
+    let entry = |cell: &String| match label(cell) {
+        _ if cell.is_empty() => Some(String::new()),
+        Some((of, rest)) if of.is_empty() && !rest.is_empty() => Some(rest.to_owned()),
+        _ => None,
+    };
+    let entries: Vec<String> = cells.iter().map(entry).collect::<Option<_>>()?;
+    let known = entries.iter().filter(|entry| is_unit(entry)).count();
+    let is_each = cells.first().is_some_and(String::is_empty) && known > 0;
+    is_each.then(|| UnitsLine { line, of: Vec::new(), cells: None, entries, text: cells.join(" ") })
 }
 
 impl UnitsLine {
@@ -71,6 +88,14 @@ impl UnitsLine {
                 && clock == Some(1)
                 && self.entries.len() + 1 == names.len()
                 && unit_named(&self.entries[0]).is_some_and(|unit| unit.si == "s") =>
+            {
+                (1..names.len()).collect()
+            }
+            // so it is without a clock, each entry below its name
+            None if self.cells == Some(names.len())
+                && clock.is_none()
+                && self.entries.len() + 1 == names.len()
+                && names[0].is_empty() =>
             {
                 (1..names.len()).collect()
             }

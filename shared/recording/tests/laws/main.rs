@@ -15,6 +15,7 @@ mod foreign_bounds;
 mod foreign_claims;
 mod foreign_messages;
 mod foreign_rows;
+mod further_loggers;
 mod intake;
 mod loggers;
 mod mcap_bytes;

@@ -134,6 +134,13 @@ fn a_preamble_beside_the_rows_and_a_name_of_the_index_below_the_names_shift_no_c
     let index = format!(",imu,motor\n,gyro_z,torque\nunit,deg/s,Nm\nt [s],,\n{}", timed(",", 2));
     let set = read("index", &index).unwrap();
     assert_eq!(units(&set), [("gyro_z", "rad/s"), ("torque", "N*m")], "{:?}", set.notes);
+    let levels = "device,imu,imu,motor\naxis,x,y,x\nunit,deg/s,deg/s,Nm\nt [s],,,\n";
+    let set = read("levels", &format!("{levels}{}", timed(",", 3))).unwrap();
+    let joined = [("imu.x", "rad/s"), ("imu.y", "rad/s"), ("motor.x", "N*m")];
+    assert_eq!(units(&set), joined, "{:?}", set.notes);
+    let groups = format!("t [s],imu,imu,motor\n,x,y,x\n{}", timed(",", 3));
+    let set = read("groups", &groups).unwrap();
+    assert_eq!(units(&set), [("imu.x", "?"), ("imu.y", "?"), ("motor.x", "?")], "{:?}", set.notes);
     let text = format!("Type:,raw\nXInc:,1.0E-02\nTime:,14:59:58:00\nData:,\n{}", rows(",", 1));
     let set = read("time of day above", &text).unwrap();
     assert_eq!(set.recording.channels[0].value.len(), ROWS);

@@ -68,7 +68,12 @@ const SECOND: Field = field(
 const PARTS: [Field; 3] = [
     field(&["millisecond", "milliseconds", "millis", "msec", "ms"], Form::Count(1_000_000), 0.0, 999.999_999_999),
     field(&["microsecond", "microseconds", "micros", "usec", "us"], Form::Count(1000), 0.0, 999_999.999),
-    field(&["nanosecond", "nanoseconds", "nanos", "nanosec", "nsec", "ns"], Form::Count(1), 0.0, 999_999_999.0),
+    field(
+        &["nanosecond", "nanoseconds", "nano", "nanos", "nanosec", "nsec", "ns"],
+        Form::Count(1),
+        -999_999_999.0,
+        999_999_999.0,
+    ),
 ];
 
 /// The columns of a calendar: hours, minutes and what is finer, and a date where there is one.
