@@ -22,7 +22,7 @@ mod words;
 use crate::beside::{plant_of, required};
 use crate::effort::Effort;
 use crate::intake::{self, IntakeArguments};
-use crate::phases::{Phases, Stage};
+use crate::phases::{Phases, Shown, Stage};
 use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, interrupt, plants};
 use channels::Recording;
@@ -87,14 +87,28 @@ pub struct Arguments {
     /// Percent of the signal below which what the plant misses in free run is not worth a law
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
     worth: f64,
-    /// One line on standard error for each phase, also where it is no terminal
+    /// One line on standard error for each phase, also where it is no terminal: else a line for
+    /// each tenth of the work, of one that takes more than about five seconds
     #[arg(long)]
     progress: bool,
+    /// No progress on standard error
+    #[arg(long, conflicts_with = "progress")]
+    quiet: bool,
     /// Threads of work; all cores where none are given; the result is the same
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
     #[command(flatten)]
     intake: IntakeArguments,
+}
+
+impl Arguments {
+    fn shown(&self) -> Shown {
+        match (self.quiet, self.progress) {
+            (true, _) => Shown::Nothing,
+            (_, true) => Shown::Phases,
+            _ => Shown::Share,
+        }
+    }
 }
 
 /// What is diagnosed: a plant and the recordings that it should explain.
@@ -211,7 +225,7 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     let (problem, options) = problems(&case, arguments)?;
     let watch = Watch::stopped_by(interrupt::flag()?);
     let most = arguments.effort.work();
-    let phases = Phases::new(watch.clone(), arguments.progress);
+    let phases = Phases::new(watch.clone(), most, arguments.shown());
     phases.begin(Stage::Labels);
     let most_for_labels = LABEL_CHECK_SHARE * most;
     let trusted = arguments.trust_labels;
