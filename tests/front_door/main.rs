@@ -6,6 +6,7 @@
 
 mod bad_recordings;
 mod bad_scenarios;
+mod clocks;
 mod command_line;
 mod craft;
 mod desk;
