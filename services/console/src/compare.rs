@@ -136,8 +136,24 @@ fn percent(fit: Option<f64>) -> String {
     fit.map_or("–".into(), |fit| format!("{fit:.1}"))
 }
 
-fn verdict_words(verdict: Verdict) -> String {
-    serde_json::to_value(verdict).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " "))).unwrap_or_default()
+/// How a channel differs, in words.
+const fn verdict_words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Identical => "identical",
+        Verdict::OnlyNoise => "only noise differs",
+        Verdict::Lag => "differs by a lag",
+        Verdict::Scale => "differs by a gain",
+        Verdict::Sign => "has the opposite sign",
+        Verdict::Offset => "differs by an offset",
+        Verdict::Band => "differs in a frequency band",
+        Verdict::Window => "differs in a time window",
+        Verdict::Unexplained => "differs for no single reason",
+        Verdict::Unrelated => "unrelated",
+        Verdict::Constant => "the recorded channel is constant",
+        Verdict::Units => "units of different quantities",
+        Verdict::NoCommonTime => "no common time",
+        Verdict::TooShort => "too short to compare",
+    }
 }
 
 fn in_words(compared: &[Compared], report: Option<&str>) -> String {

@@ -8,14 +8,15 @@ const SHOWN: char = '\u{fffd}';
 const SNIPPET_MAX: usize = 200;
 
 /// A report whose lines from a file (behind `│`, and the marks below them) are cut where they are
-/// long: a file of one line does not fill the terminal.
+/// long: a file of one line does not fill the terminal. Of several errors each begins with its
+/// mark, so that no line says `Error:` alone.
 pub fn cut_snippets(report: &str) -> String {
     let is_snippet = |line: &str| line.chars().take(20).any(|c| matches!(c, '│' | '·'));
     let cut = |line: &str| match line.char_indices().nth(SNIPPET_MAX) {
         Some((at, _)) if is_snippet(line) => format!("{}…\n", &line[..at]),
         _ => format!("{line}\n"),
     };
-    report.lines().map(cut).collect()
+    report.lines().filter(|line| line.trim() != "Error:").map(cut).collect()
 }
 
 /// Moves a cursor, changes colours or turns the direction of reading.
@@ -75,6 +76,14 @@ mod tests {
     fn what_a_terminal_would_obey_is_seen() {
         assert_eq!(visible("a\u{1b}[2Jb\r\u{9b}\u{202e}\n\t"), "a\u{fffd}[2Jb\u{fffd}\u{fffd}\u{fffd}\n\t");
         assert!(matches!(visible("plain, µ and \n"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn several_errors_have_no_line_that_says_nothing_between_them() {
+        assert_eq!(
+            cut_snippets("x one\nError: \n  x two\n  help: Error: three"),
+            "x one\n  x two\n  help: Error: three\n"
+        );
     }
 
     #[test]

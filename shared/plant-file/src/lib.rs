@@ -150,7 +150,7 @@ fn syntax_cure(message: &str, at: &str) -> String {
             "'{word}' is defined once more here: a key stands once in a table, [[{word}]] begins a further table, [{word}] never repeats"
         );
     }
-    "this is no TOML: https://toml.io".into()
+    "correct this place: a plant file is written in TOML (https://toml.io), and `obsid plant format` has an example of each table".into()
 }
 
 /// The plant as far as it can be read, with stand-ins for the rest.

@@ -93,7 +93,7 @@ fn overview(one: &Compared) -> Table {
             Cell::Number(c.rms),
             c.unit.as_str().into(),
             c.fit_percent.map_or(Cell::None, |fit| Cell::Written(format!("{fit:.1}"))),
-            Cell::Text(verdict_words(c.verdict)),
+            Cell::Text(verdict_words(c.verdict).into()),
             Cell::Prose(c.conclusion.clone()),
         ]);
     }

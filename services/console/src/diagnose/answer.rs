@@ -1,12 +1,15 @@
 //! The answer in three sentences: the physics that the plant lacks, the proof, and the next step.
 
+mod noise;
 mod proof;
 mod step;
 
 use super::Diagnosed;
 use super::names::{in_titles, named, site_in_words, title, titled, unit};
-use discovery::diagnose::{Diagnosis, EffectReport, ParameterReport, Verdict};
+use super::paragraph::parameter_unit;
+use discovery::diagnose::{Diagnosis, EffectReport, Nominal, ParameterReport, Verdict};
 use identification::held_out::Status;
+use noise::Noise;
 use report::text::with_sigma;
 
 /// Parameters of an effect that the sentence holds; the table holds all.
@@ -29,16 +32,20 @@ fn sentence(text: &str) -> String {
 fn what(diagnosed: &Diagnosed) -> String {
     let labels: Vec<String> =
         diagnosed.labels.iter().map(|label| format!("in {} {}", label.recording, label.in_words())).collect();
-    let found = physics(&diagnosed.diagnosis, !labels.is_empty());
+    let found = physics(diagnosed);
     match (labels.is_empty(), found) {
         (true, found) => found.unwrap_or_else(|| "the plant lacks no physics".into()),
-        (false, None) => format!("the plant lacks no physics, a channel is mislabelled: {}", labels.join(", and ")),
-        (false, Some(found)) => format!("{found}; besides, a channel is mislabelled: {}", labels.join(", and ")),
+        (false, None) => format!("a channel is mislabelled: {}; the plant lacks no physics", labels.join(", and ")),
+        (false, Some(found)) => {
+            format!("a channel is mislabelled: {}; with the label corrected, {found}", labels.join(", and "))
+        }
     }
 }
 
 /// The verdict on the physics; `None` where a mislabelled channel is all there is.
-fn physics(diagnosis: &Diagnosis, mislabelled: bool) -> Option<String> {
+fn physics(diagnosed: &Diagnosed) -> Option<String> {
+    let (diagnosis, mislabelled) = (&diagnosed.diagnosis, !diagnosed.labels.is_empty());
+    let reason = beside_labels(&diagnosis.reason);
     let supported = supported(diagnosis);
     let list = supported.iter().map(|effect| with_parameters(effect)).collect::<Vec<_>>().join("; ");
     let lacks = match supported.len() {
@@ -54,11 +61,38 @@ fn physics(diagnosis: &Diagnosis, mislabelled: bool) -> Option<String> {
             format!("the plant lacks an effect that these data cannot separate from its rivals: {}", rivals(&supported))
         }
         Verdict::NotInCatalogue => unknown(diagnosis),
-        Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming => first_clause(&diagnosis.reason),
-        Verdict::CannotDecide => format!("these recordings decide nothing: {}", first_clause(&diagnosis.reason)),
-        Verdict::None if diagnosis.relevance_percent.is_some() => first_clause(&diagnosis.reason),
+        Verdict::NoiseModel => match Noise::of(reason) {
+            Some(noise) => noise.in_words(&diagnosed.case.plant_file),
+            None => first_clause(reason),
+        },
+        Verdict::ParameterConflict => match most_shifted(diagnosis) {
+            Some(moved) => conflict(moved, diagnosed),
+            None => first_clause(reason),
+        },
+        Verdict::InputTiming => first_clause(reason),
+        Verdict::CannotDecide => format!("these recordings decide nothing: {}", first_clause(reason)),
+        Verdict::None if diagnosis.relevance_percent.is_some() => first_clause(reason),
         Verdict::None => "the plant lacks nothing that these recordings could show".into(),
     })
+}
+
+/// The parameter of the plant file that moves most, in standard deviations.
+fn most_shifted(diagnosis: &Diagnosis) -> Option<&Nominal> {
+    let moved = diagnosis.nominal.iter().filter(|n| n.shift_sigma.is_finite());
+    moved.max_by(|a, b| a.shift_sigma.abs().total_cmp(&b.shift_sigma.abs()))
+}
+
+/// What the recordings say of a parameter that the plant file states otherwise.
+fn conflict(moved: &Nominal, diagnosed: &Diagnosed) -> String {
+    let (value, sigma) = with_sigma(moved.after, moved.sigma);
+    let unit = unit(&parameter_unit(&diagnosed.case.plant, &moved.name));
+    let (name, file) = (&moved.name, &diagnosed.case.plant_file);
+    format!("{file} states another {name} than these recordings show, {value} ± {sigma}{unit}; no physics is missing")
+}
+
+/// A reason without the labels that stand in front of it, which have a sentence of their own.
+fn beside_labels(reason: &str) -> &str {
+    reason.split_once("; with that corrected: ").map_or(reason, |(_, reason)| reason)
 }
 
 /// The effects that support the verdict.
@@ -89,9 +123,9 @@ pub fn estimate(parameter: &ParameterReport) -> String {
 /// Each effect or its rivals, with probabilities.
 fn rivals(effects: &[&EffectReport]) -> String {
     let each = |e: &&EffectReport| {
-        let mut all = vec![format!("{} ({:.2})", titled(&e.title, &e.site), e.probability)];
+        let mut all = vec![format!("{} (probability {:.2})", titled(&e.title, &e.site), e.probability)];
         let others = e.rivals.iter().filter(|r| r.probability >= RIVAL_PROBABILITY_MIN);
-        all.extend(others.map(|r| format!("{} ({:.2})", named(&r.kind, &r.site), r.probability)));
+        all.extend(others.map(|r| format!("{} (probability {:.2})", named(&r.kind, &r.site), r.probability)));
         all.join(", or ")
     };
     effects.iter().map(each).collect::<Vec<_>>().join("; and ")

@@ -25,6 +25,10 @@ pub fn titled(title: &str, site: &str) -> String {
 
 /// [`titled`] of the entry `kind` of the catalogue.
 pub fn named(kind: &str, site: &str) -> String {
+    // no entry of the catalogue: its site is a parameter of the plant file
+    if kind == "parameter_conflict" {
+        return format!("Value of {site} other than stated");
+    }
     titled(&title(kind), site)
 }
 
@@ -43,7 +47,28 @@ pub fn unit(unit: &str) -> String {
     if matches!(unit, "" | "-" | "1") {
         return String::new();
     }
-    format!(" {}", unit.replace('*', " ").replace("^2", "²").replace("^3", "³"))
+    let raised = [("^2", "²"), ("^3", "³"), ("^4", "⁴")];
+    let words = of_effort(unit).unwrap_or_else(|| unit.to_owned()).replace('*', " ");
+    format!(" {}", raised.iter().fold(words, |all, (from, to)| all.replace(from, to)))
+}
+
+/// An energy over a power of a coordinate as what engineers call it, the force or the torque over
+/// one power less: `J s^2/rad^3` as `N*m s^2/rad^2`, `J/m^4` as `N/m^3`.
+fn of_effort(unit: &str) -> Option<String> {
+    let (above, below) = unit.strip_prefix('J')?.rsplit_once('/')?;
+    let (of, power) = below.split_once('^').unwrap_or((below, "1"));
+    let effort = match of {
+        "rad" => "N*m",
+        "m" => "N",
+        _ => return None,
+    };
+    let over = match power.parse::<u32>().ok()? {
+        0 => return None,
+        1 => String::new(),
+        2 => format!("/{of}"),
+        power => format!("/{of}^{}", power - 1),
+    };
+    Some(format!("{effort}{above}{over}"))
 }
 
 /// A sentence with titles and sites in words in place of `kind at kind:name`, `kind@kind:name`,
@@ -123,6 +148,7 @@ mod tests {
         );
         assert_eq!(titled("frequency_scale", "appendage:beam"), "Frequency scale at appendage beam");
         assert_eq!(unit("N*m/rad^2"), " N m/rad²");
+        assert_eq!(["J s^2/rad^3", "J/m^4", "J/rad^2", "J"].map(unit), [" N m s²/rad²", " N/m³", " N m/rad", " J"]);
         assert_eq!(unit("-"), "");
     }
 

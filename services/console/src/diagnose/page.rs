@@ -26,7 +26,7 @@ pub struct Texts<'a> {
 pub fn page(diagnosed: &Diagnosed, texts: &Texts<'_>) -> Page {
     let Diagnosed { case, diagnosis, .. } = diagnosed;
     let mut sections = vec![found(diagnosed), missing(diagnosis), shown(diagnosis), places(diagnosis)];
-    sections.push(Section::new("Numbers of the plant", nominal(diagnosis)));
+    sections.push(Section::new("Parameters of the plant", nominal(diagnosis)));
     sections.push(Section::new("What could not be seen", limits(diagnosis)));
     sections.push(Section::new("Next", next(diagnosed, texts)));
     sections.push(Section::new("Recordings", recordings(diagnosed)));
@@ -74,7 +74,7 @@ fn found(diagnosed: &Diagnosed) -> Section {
     if !table.rows.is_empty() {
         blocks.push(Block::Table(table));
     }
-    let details = details_paragraph(&diagnosed.diagnosis);
+    let details = details_paragraph(&diagnosed.diagnosis, &diagnosed.case.plant);
     if !details.is_empty() {
         blocks.push(Block::Details { summary: "Behind the answer".into(), blocks: vec![Block::Text(details)] });
     }
@@ -95,7 +95,8 @@ fn missing(diagnosis: &Diagnosis) -> Section {
 }
 
 fn effects(diagnosis: &Diagnosis) -> Table {
-    let columns = ["effect", "probability", "held-out data", "number", "value", "d", "absorbed [%]"];
+    let columns =
+        ["effect", "probability", "held-out data", "parameter", "value", "standard errors from zero", "collinear [%]"];
     let mut table = Table::new("Effects", &columns);
     for effect in &diagnosis.effects {
         let probability = match effect.status {
@@ -209,7 +210,8 @@ fn places(diagnosis: &Diagnosis) -> Section {
 fn nominal(diagnosis: &Diagnosis) -> Vec<Block> {
     let mut blocks = Vec::new();
     if !diagnosis.nominal.is_empty() {
-        let mut table = Table::new("Estimated along", &["number", "before", "after", "shift [sigma]"]);
+        let mut table =
+            Table::new("Estimated together with the effects", &["parameter", "before", "after", "shift [sd]"]);
         for n in &diagnosis.nominal {
             table.row(vec![
                 n.name.as_str().into(),
@@ -221,7 +223,7 @@ fn nominal(diagnosis: &Diagnosis) -> Vec<Block> {
         blocks.push(Block::Table(table));
     }
     if !diagnosis.not_found.is_empty() {
-        blocks.push(Block::Text(format!("These data say nothing of: {}.", diagnosis.not_found.join(", "))));
+        blocks.push(Block::Text(format!("These data do not determine: {}.", diagnosis.not_found.join(", "))));
     }
     blocks
 }

@@ -2,11 +2,14 @@
 
 use super::answer::answer;
 use super::names::{in_titles, named, site_in_words, unit};
-use super::paragraph::{details_paragraph, gain_words, held_out_words, not_found, percent, verdict_words};
+use super::paragraph::{
+    details_paragraph, gain_words, held_out_words, not_found, parameter_unit, percent, verdict_words,
+};
 use super::{Diagnosed, summary};
 use crate::notes::counted;
 use crate::recordings::{Loaded, wrapped};
 use discovery::diagnose::{Diagnosis, EffectReport};
+use dynamics::description::Plant;
 use examination::doctor::{Severity, probability};
 use identification::held_out::Status;
 use report::text::{short, with_sigma};
@@ -32,14 +35,16 @@ pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     if faults + warnings > 0 {
         let _ = writeln!(
             text,
-            "  doctor: {faults} fault(s), {warnings} warning(s); `obsid doctor` lists them with their cures"
+            "  doctor: {}, {}; `obsid doctor` lists them with their cures",
+            number_of(faults, "fault"),
+            number_of(warnings, "warning")
         );
     }
     let _ = writeln!(text, "\nverdict: {}", verdict_words(diagnosis.verdict));
-    text.push_str(&wrapped(&details_paragraph(diagnosis), "  "));
+    text.push_str(&wrapped(&details_paragraph(diagnosis, &case.plant), "  "));
     diagnosis.effects.iter().for_each(|e| text.push_str(&effect(e)));
     text.push_str(&places(diagnosis));
-    text.push_str(&nominal(diagnosis));
+    text.push_str(&nominal(diagnosis, &case.plant));
     text.push_str(&held_out(diagnosis));
     text.push_str(&compare(diagnosis));
     text.push_str(&limits(diagnosis));
@@ -76,7 +81,7 @@ fn effect(effect: &EffectReport) -> String {
     }
     let _ = writeln!(
         text,
-        ", d {}, {} % collinear with the plant's parameters",
+        ", {} standard errors from zero, {} % collinear with the plant's parameters",
         short(effect.d),
         short(100.0 * effect.kappa)
     );
@@ -85,7 +90,12 @@ fn effect(effect: &EffectReport) -> String {
         let _ = writeln!(text, "  {:<24} {value:>14} ± {sigma}{}", p.name, unit(&p.unit));
     }
     for rival in &effect.rivals {
-        let line = format!("rival {} ({:.2}): {}", named(&rival.kind, &rival.site), rival.probability, rival.reason);
+        let line = format!(
+            "rival {}, probability {:.2}: {}",
+            named(&rival.kind, &rival.site),
+            rival.probability,
+            rival.reason
+        );
         text.push_str(&wrapped(&line, "  "));
     }
     text
@@ -108,7 +118,7 @@ fn places(diagnosis: &Diagnosis) -> String {
     text
 }
 
-fn nominal(diagnosis: &Diagnosis) -> String {
+fn nominal(diagnosis: &Diagnosis, plant: &Plant) -> String {
     let mut rows: Vec<_> = diagnosis.nominal.iter().collect();
     if rows.is_empty() {
         return String::new();
@@ -116,14 +126,14 @@ fn nominal(diagnosis: &Diagnosis) -> String {
     rows.sort_by(|a, b| b.shift_sigma.abs().total_cmp(&a.shift_sigma.abs()));
     let mut text = format!(
         "\n{:<34} {:>14} {:>14} {:>12} {:>12}\n",
-        "number of the plant", "before", "after", "sigma", "shift [sigma]"
+        "parameter of the plant", "before", "after", "sd", "shift [sd]"
     );
     for row in rows.iter().take(PARAMETERS_PRINTED) {
         let (after, sigma) = with_sigma(row.after, row.sigma);
         let _ = writeln!(
             text,
             "{:<34} {:>14} {after:>14} {sigma:>12} {:>12}",
-            row.name,
+            with_unit(plant, &row.name),
             short(row.before),
             short(row.shift_sigma)
         );
@@ -132,6 +142,23 @@ fn nominal(diagnosis: &Diagnosis) -> String {
         let _ = writeln!(text, "  and {} more", rows.len() - PARAMETERS_PRINTED);
     }
     text
+}
+
+/// `disc.inertia [kg m²]`.
+fn with_unit(plant: &Plant, name: &str) -> String {
+    match unit(&parameter_unit(plant, name)).trim_start() {
+        "" => name.to_owned(),
+        unit => format!("{name} [{unit}]"),
+    }
+}
+
+/// `no faults`, `1 warning`, `3 warnings`.
+fn number_of(count: usize, what: &str) -> String {
+    match count {
+        0 => format!("no {what}s"),
+        1 => format!("1 {what}"),
+        n => format!("{n} {what}s"),
+    }
 }
 
 fn held_out(diagnosis: &Diagnosis) -> String {
@@ -177,7 +204,7 @@ fn limits(diagnosis: &Diagnosis) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let mut text = String::from("\nnot found; it would have been from this size on\n");
+    let mut text = String::from("\neffects that are not found, and the least size that would have been found\n");
     for limit in all.iter().take(LIMITS_PRINTED) {
         let name = named(&limit.kind, &limit.site);
         let _ = writeln!(text, "  {name:<48} {:>12}{}", short(limit.amplitude), unit(&limit.unit));
@@ -192,7 +219,10 @@ fn rest(diagnosis: &Diagnosis, written: bool) -> String {
     let mut text = String::new();
     if !diagnosis.not_found.is_empty() {
         text.push('\n');
-        text.push_str(&wrapped(&format!("these data say nothing of: {}", diagnosis.not_found.join(", ")), ""));
+        text.push_str(&wrapped(
+            &format!("parameters that these data do not determine: {}", diagnosis.not_found.join(", ")),
+            "",
+        ));
     }
     for note in counted(&diagnosis.notes) {
         text.push_str(&wrapped(&format!("note: {}", in_titles(&note)), ""));

@@ -1,6 +1,6 @@
 //! The second sentence: on which data, in which channel, from what to what.
 
-use super::{Diagnosed, first_clause, in_titles, sentence, supported};
+use super::{Diagnosed, beside_labels, first_clause, in_titles, sentence, supported, titled};
 use crate::diagnose::paragraph::{gain_words, percent};
 use discovery::diagnose::{Diagnosis, HeldOutChannel, HeldOutKind, Verdict, Where};
 use discovery::mislabelled::Mislabelled;
@@ -20,7 +20,7 @@ pub fn proof(diagnosed: &Diagnosed) -> String {
     match diagnosis.verdict {
         Verdict::Named | Verdict::Sensor | Verdict::NotSeparable => held_out(diagnosed),
         Verdict::NotInCatalogue => law(diagnosed),
-        Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming => beside_noise(diagnosis),
+        Verdict::NoiseModel | Verdict::ParameterConflict | Verdict::InputTiming => beside_noise(diagnosed),
         Verdict::CannotDecide => undecided(diagnosed),
         Verdict::None => alone(diagnosed),
     }
@@ -78,9 +78,14 @@ fn most_significant(diagnosis: &Diagnosis) -> Option<(&str, f64, f64)> {
 fn held_out(diagnosed: &Diagnosed) -> String {
     let diagnosis = &diagnosed.diagnosis;
     let supported = supported(diagnosis);
-    let (they, raise) = if supported.len() == 1 { ("it", "raises") } else { ("they", "raise") };
+    let (they, raise) = match &supported[..] {
+        // of several candidates the first is the one that was added
+        [one] if diagnosis.verdict == Verdict::NotSeparable => (titled(&one.title, &one.site), "raises"),
+        [_] => ("it".to_owned(), "raises"),
+        _ => ("they".to_owned(), "raise"),
+    };
     let Some(on) = held_out_name(diagnosed) else {
-        return match most_significant(diagnosis) {
+        return match most_significant(diagnosis).filter(|(_, before, after)| after < before) {
             Some((channel, before, after)) => format!(
                 "no data were held out; {they} {} the innovations of {channel} from {} to {} standard errors",
                 if supported.len() == 1 { "takes" } else { "take" },
@@ -91,19 +96,22 @@ fn held_out(diagnosed: &Diagnosed) -> String {
         };
     };
     let open = supported.iter().any(|effect| effect.status != Status::Confirmed);
-    let but = if open { ", which does not confirm all of it yet" } else { "" };
+    let but = if open { "; held-out data do not confirm every effect yet" } else { "" };
     if let Some(c) = best(diagnosis) {
         let (before, after) = (percent(c.fit_percent_before), percent(c.fit_percent_after));
         return format!("{they} {raise} the fit of {} in {on} from {before} to {after} %{but}", c.name);
     }
-    match (most_significant(diagnosis), gain_words(diagnosis)) {
-        (_, Some(gain)) => format!("{on} a free run does not show it, single steps do: {gain}{but}"),
+    match (most_significant(diagnosis).filter(|(_, before, after)| after < before), gain_words(diagnosis)) {
+        (_, Some(gain)) if diagnosis.held_out.gain_ci95.is_none_or(|[low, _]| low > 0.0) => {
+            format!("in {on} the fit of no free run rises, and that of one-step predictions does: {gain}{but}")
+        }
+        (_, Some(gain)) => format!("in {on} neither free runs nor one-step predictions show it: {gain}{but}"),
         (Some((channel, before, after)), None) => format!(
-            "the innovations of {channel} fall from {} to {} standard errors, and {on} no fit rises{but}",
+            "the innovations of {channel} fall from {} to {} standard errors, and in {on} the fit of no free run rises{but}",
             short(before),
             short(after)
         ),
-        (None, None) => format!("{on} no fit rises{but}"),
+        (None, None) => format!("in {on} the fit of no free run rises{but}"),
     }
 }
 
@@ -127,10 +135,13 @@ fn shows(place: &Where) -> String {
     format!("the {channel} shows it{when} ({})", probability(place.p))
 }
 
-fn beside_noise(diagnosis: &Diagnosis) -> String {
-    match diagnosis.located.last() {
-        Some(place) => format!("{}, and no effect of the catalogue is significant beside it", shows(place)),
-        None => "no effect of the catalogue is significant beside that noise".into(),
+fn beside_noise(diagnosed: &Diagnosed) -> String {
+    if diagnosed.interrupted {
+        return "the interruption came before all effects were compared".into();
+    }
+    match diagnosed.diagnosis.located.last() {
+        Some(place) => format!("{}, and no other effect of the catalogue is significant", shows(place)),
+        None => "with this noise no effect of the catalogue is significant".into(),
     }
 }
 
@@ -140,11 +151,11 @@ fn undecided(diagnosed: &Diagnosed) -> String {
     if let (Some(on), Some(gain)) = (held_out_name(diagnosed), gain_words(diagnosis)) {
         return format!("{on} show a {gain}");
     }
-    let second = diagnosis.reason.split("; ").nth(1).filter(|clause| !clause.is_empty());
+    let second = beside_labels(&diagnosis.reason).split("; ").nth(1).filter(|clause| !clause.is_empty());
     match (second, diagnosis.located.last()) {
         (_, Some(place)) => shows(place),
         (Some(clause), None) => in_titles(clause),
-        (None, None) => "no effect was accepted, so no held-out data test one".into(),
+        (None, None) => "no effect was accepted, so there is none that held-out data could confirm".into(),
     }
 }
 

@@ -1,9 +1,10 @@
 //! The third sentence: a command, a file, or the data that would decide.
 
-use super::{Diagnosed, limited, supported, unit};
+use super::{Diagnosed, Noise, limited, most_shifted, supported, unit};
 use crate::diagnose::paragraph::not_found;
 use discovery::diagnose::Verdict;
 use discovery::mislabelled::{Mislabelled, Mistake};
+use dynamics::description::{self, Plant};
 use identification::held_out::Status;
 use report::text::short;
 
@@ -13,23 +14,33 @@ pub fn step(diagnosed: &Diagnosed) -> String {
     if let Some(label) = diagnosed.labels.first() {
         return relabel(label);
     }
+    let is_open = matches!(diagnosis.verdict, Verdict::NoiseModel | Verdict::CannotDecide | Verdict::None);
+    if diagnosed.interrupted && is_open {
+        return "diagnose again without an interruption, or with `--effort quick`".into();
+    }
     match diagnosis.verdict {
         Verdict::Named | Verdict::Sensor => with_augmented(diagnosed),
         Verdict::NotSeparable => experiment(diagnosed).unwrap_or_else(|| {
-            "record another excitation and add it: no entry of the menu separates the rivals".into()
+            format!(
+                "add a sensor, or excite another coordinate, and diagnose both recordings together: no experiment with the inputs of {} separates these effects",
+                diagnosed.case.plant_file
+            )
         }),
         Verdict::NotInCatalogue if diagnosed.case.fitted.is_empty() => {
             "record the modes at two amplitudes in random order, which separates time from amplitude".into()
         }
         Verdict::NotInCatalogue => {
-            "read the law off its map on the page, and give the run once more with `--held-out` to see it recur".into()
+            "read the law off its map in report.html of `--out`, and give another recording of the experiment with `--held-out`, in which a law recurs".into()
         }
         Verdict::NoiseModel => {
-            format!("state that noise in {} and diagnose again; the physics needs no change", diagnosed.case.plant_file)
+            let file = &diagnosed.case.plant_file;
+            let general = || format!("correct the noise that {file} states, and diagnose again");
+            Noise::of(&diagnosis.reason).map_or_else(general, |noise| noise.cure(file))
         }
         Verdict::ParameterConflict => {
             format!(
-                "measure that number, or widen its standard deviation in {}, and diagnose again",
+                "measure {}, or widen its standard deviation in {}, and diagnose again",
+                most_shifted(&diagnosed.diagnosis).map_or("that parameter", |moved| &moved.name),
                 diagnosed.case.plant_file
             )
         }
@@ -88,7 +99,22 @@ fn experiment(diagnosed: &Diagnosed) -> Option<String> {
     offered.then(|| "add `--out report` to the command: report/next_experiment.toml separates the rivals".into())
 }
 
+/// Sensors whose noise the plant file leaves at zero: no likelihood is defined with them.
+fn without_noise(plant: &Plant) -> Vec<String> {
+    let is_zero = |noise: &description::Noise| match noise {
+        description::Noise::PerSample(sigma) | description::Noise::Density(sigma) => sigma.value <= 0.0,
+    };
+    plant.sensors.iter().filter(|sensor| is_zero(&sensor.noise)).map(|sensor| format!("'{}'", sensor.name)).collect()
+}
+
 fn undecided(diagnosed: &Diagnosed) -> String {
+    let silent = without_noise(&diagnosed.case.plant);
+    if !silent.is_empty() {
+        let (file, names) = (&diagnosed.case.plant_file, silent.join(", "));
+        return format!(
+            "state the noise of sensor {names} in {file} (its key `noise`, the standard deviation of one sample), and diagnose again; `obsid plant new` estimates it from a recording"
+        );
+    }
     if let Some(next) = experiment(diagnosed) {
         return next;
     }

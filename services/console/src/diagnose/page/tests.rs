@@ -259,7 +259,7 @@ fn figures_of_numbers_that_are_none_are_left_out_and_nothing_panics() {
     let text = html(d.clone());
     assert!(!text.contains("NaN") && text.ends_with("</html>\n"));
     let text = words::in_words(&diagnosed(d), false);
-    assert!(!text.contains("NaN") && text.contains("verdict: named"), "{text}");
+    assert!(!text.contains("NaN") && text.contains("verdict: the missing physics is named"), "{text}");
     let empty = html(Diagnosis::cannot_decide("nothing moves".into()));
     assert!(empty.contains("These recordings decide nothing: nothing moves.") && !empty.contains("<figure>"));
 }
@@ -269,7 +269,7 @@ fn every_verdict_has_three_sentences_without_an_identifier() {
     let all = [
         (Verdict::None, "lacks nothing"),
         (Verdict::Named, "lacks one effect: Coulomb friction"),
-        (Verdict::NotSeparable, "Coulomb friction in joint pivot (0.93), or Viscous friction in joint pivot (0.07)"),
+        (Verdict::NotSeparable, "pivot (probability 0.93), or Viscous friction in joint pivot (probability 0.07)"),
         (Verdict::NotInCatalogue, "catalogue does not contain"),
         (Verdict::NoiseModel, "Nothing to see"),
         (Verdict::Sensor, "A sensor is at fault"),
@@ -301,7 +301,10 @@ fn a_force_of_no_channel_shows_at_its_site() {
     found.located[0].channel.clear();
     found.located[0].site = "joint:pivot".into();
     let text = words::in_words(&diagnosed(found), false).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(text.contains("It shows most at joint pivot between") && text.contains("where: at joint pivot,"), "{text}");
+    assert!(
+        text.contains("is most significant at joint pivot between") && text.contains("where: at joint pivot,"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -309,5 +312,5 @@ fn a_free_run_that_gets_worse_beside_a_confirmed_gain_is_explained() {
     let mut found = full();
     found.held_out.channels[0].fit_percent_after = 43.1;
     let said = answer::answer(&diagnosed(found));
-    assert!(said[1].contains("single steps do: gain in log-likelihood 184 ± 22"), "{said:?}");
+    assert!(said[1].contains("one-step predictions does: gain in log-likelihood 184 ± 22"), "{said:?}");
 }

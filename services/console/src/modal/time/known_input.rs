@@ -18,7 +18,8 @@ use modal::record::Record;
 const MODES_MAX: usize = 12;
 const INPUT_KNOWN: &str =
     "modes of the structure between input and sensors; a controller that commands the input is no part of them";
-const CANDIDATES: &str = "candidates, not modes: no model of this input and white sensor noise is right";
+const CANDIDATES: &str =
+    "candidates, not modes: no linear model with this input and white sensor noise explains the record";
 /// Deviation of a time from the even clock, in periods, up to which the rows in between are
 /// counted.
 const OFF_CLOCK_MAX: f64 = 0.3;
@@ -74,7 +75,7 @@ pub(super) fn by_likelihood(arguments: &Arguments, mut chosen: Chosen) -> Result
         },
         kind: if answer.adequate { INPUT_KNOWN } else { CANDIDATES },
         deviations: match (answer.adequate, answer.noise) {
-            (false, _) => "none: the model is not right",
+            (false, _) => "not given, for the model does not explain the record",
             (true, Noise::OfSensors) => "Fisher information at the variances found",
             (true, Noise::Innovations) => "Fisher information of the innovations form, gains of the disturbance free",
         },
@@ -123,7 +124,7 @@ fn verdict_in_words(chosen: &Chosen, answer: &Identified, absent: usize) -> Vec<
     let residual = &answer.residual;
     if !answer.adequate {
         said.push(format!(
-            "no output-error model is right: the residuals are not white (statistic {:.0} at {:.0} degrees of freedom, correlation from sample to sample {:.2}); a disturbance that is not recorded moves the structure, or dynamics are missing from the model. What is listed are candidates without standard deviations. Record the disturbance, or excite the structure by a larger reference or an input of its own",
+            "no output-error model explains the record: its residuals are not white (statistic {:.0} at {:.0} degrees of freedom, correlation from sample to sample {:.2}); a disturbance that is not recorded moves the structure, or dynamics are missing from the model. What is listed are candidates without standard deviations. Record the disturbance, or excite the structure by a larger reference or an input of its own",
             residual.statistic, residual.degrees, residual.lag1
         ));
     }
