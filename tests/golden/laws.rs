@@ -72,10 +72,9 @@ fn a_law_with_memory_is_named_from_two_records_and_explains_more_than_half_of_th
 fn friction_of_the_bearing_is_found_in_one_step_and_explains_the_other_almost_as_well_as_the_documented_drag() {
     let Some(found) = diagnosis("cubesat") else { return };
     assert_eq!(found["verdict"], "named", "{}", found["reason"]);
-    // the gain on the other step is 34 nats, a standard error and a half: the friction is unconfirmed.
-    // With a scale of the gyro of 30 %, which no gyro has, it was 37 nats, and confirmed
+    // the gain on the other step is 37 nats: above nothing one-sidedly at 5 %, not with two sides
     let held_out = &found["held_out"];
-    assert!(number(held_out, "loglik_gain") > number(held_out, "gain_se"), "{held_out}");
+    assert!(number(held_out, "loglik_gain") > 1.64 * number(held_out, "gain_se"), "{held_out}");
     let kept: Vec<&Value> = effects(found).iter().filter(|effect| effect["status"] != "rejected").collect();
     assert!(kept.iter().any(|effect| effect["site"] == "joint:bearing"), "{}", found["reason"]);
     // an asymmetry has either sign

@@ -9,9 +9,9 @@
 //! above its noise, and without the command the plant must miss the recording again.
 //!
 //! Of a long recording the first samples are tested before the whole; the mistake that explains
-//! them must explain the whole, and where none explains them, none explains the whole. The cost of testing is counted ([`identification::work`]): the
-//! nearest hypotheses come first, and those beyond the work are omitted and reported for no
-//! channel.
+//! them must explain the whole, and where none explains them, none explains the whole. The cost of
+//! testing is counted ([`identification::work`]): the nearest hypotheses come first, and those
+//! beyond the work are omitted and reported for no channel.
 
 mod prediction;
 

@@ -1,8 +1,8 @@
 //! What the beginning of a long recording shows, searched before the whole.
 //!
 //! A search about a plant that lacks a law fits many sets whose likelihoods lie far behind. On a
-//! beginning each of them costs its share. The sets that lead there are fitted to the whole, and the
-//! search goes on about them: evidence, names and probabilities are those of all readings.
+//! beginning each of them costs its share. The sets that lead there are fitted to the whole, and
+//! the search goes on about them: evidence, names and probabilities are those of all readings.
 
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, from};

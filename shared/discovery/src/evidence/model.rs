@@ -187,7 +187,7 @@ pub(super) fn settled(
     let (mut theta, mut noise) = (theta.to_vec(), prior.begun(noise));
     let mut best: Option<(Fit, NoiseModel, f64)> = None;
     let work = &session.work;
-    let mut turn = 0.0;
+    let (mut turn, mut last) = (0.0, f64::INFINITY);
     for _ in 0..TURNS_MAX {
         if !work.allows_step(turn) {
             break;
@@ -201,15 +201,16 @@ pub(super) fn settled(
         let own = linear.settled(&noise, &prior)?;
         theta.clone_from(&found.theta);
         let known = core::mem::replace(&mut noise, own.noise);
-        let gained = best.as_ref().map_or(f64::INFINITY, |(.., least)| least - here);
-        if gained > 0.0 {
+        if best.as_ref().is_none_or(|(.., least)| here < *least) {
             best = Some((found, known, here));
         }
         turn = work.spent() - begun;
-        // a turn that keeps nothing of what the linear problem promised is not repeated
-        if gained < SETTLED || here - own.objective < SETTLED {
+        // a turn that ends where the last one ended is not repeated
+        let is_repeated = (last - here).abs() < SETTLED;
+        if is_repeated || here - own.objective < SETTLED {
             break;
         }
+        last = here;
     }
     let (fit, noise, objective) = best?;
     let linear = Linearly { session: &session, linearised: &fit.linearised, theta: &fit.theta, extra: &[], room: &[] };

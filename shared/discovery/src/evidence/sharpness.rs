@@ -1,9 +1,9 @@
 //! How sharply the sign of a dry friction turns: the rate over which it is smoothed.
 //!
 //! That rate is no unknown of a fit: of a sign that turns within what the readings tell the
-//! likelihood is flat. Where it is not, a sign that turns too slowly leaves a remainder that another
-//! law would explain (a Stribeck's dip, a cubic damping). The rate moves along the likelihood, all
-//! unknowns following on the linear model, and the set is fitted again there.
+//! likelihood is flat. Where it is not, a sign that turns too slowly leaves a remainder that
+//! another law would explain (a Stribeck's dip, a cubic damping). The rate moves along the
+//! likelihood, all unknowns following on the linear model, and the set is fitted again there.
 
 use super::decide::SAME;
 use super::follow::Follow;
@@ -16,12 +16,14 @@ use identification::filter::{Linear, state_sigmas};
 use identification::fit::EstimationSession;
 use identification::problem::Timeline;
 
-/// Refits of a set, and rates that are tried for each of its laws. Budgets.
-const SHARPENINGS_MAX: usize = 4;
+/// Divisions of all rates, further refits of a set, and rates that are tried for each of its laws.
+/// Budgets.
+const DIVISIONS_MAX: usize = 2;
+const MOVES_MAX: usize = 3;
 const RATES_TRIED_MAX: usize = 12;
 /// Step of a rate's logarithm, a factor of four. Numerics, not physics.
 const LOG_STEP: f64 = 2.0 * core::f64::consts::LN_2;
-/// Divisor of a rate that is tried in any case. Numerics, not physics.
+/// Divisor of a rate. Numerics, not physics.
 const SHARPER: f64 = 5.0;
 /// Decrease of `−2 ln p` from which a rate is another one, and that a parabola must promise to be
 /// followed: where the likelihood bends it promises too little.
@@ -29,51 +31,50 @@ const RATE_GAIN: f64 = SAME;
 const PROMISE_MIN: f64 = 0.25 * SAME;
 
 /// The model with signs as sharp as the data ask for, as long as the evidence rises: those of laws
-/// that are not `known`.
+/// that are not `known`. Sharper ones are fitted first: where a reading feels the sign itself,
+/// gains of a smooth one do not show what a sharp one explains. Then rates move along the
+/// likelihood.
 ///
-/// Cost: some three passes for each sign that stands, and a fit for each time that one moves.
+/// Cost: a fit and some three passes for each sign that stands, and a fit for each time that one
+/// moves.
 pub(super) fn sharpened(ground: Ground<'_>, model: Model, known: &[Hypothesis]) -> Model {
-    let mut best = model;
-    for _ in 0..SHARPENINGS_MAX {
-        let better = |way: &Way| {
-            let set = by(*way, ground, &best, known)?;
-            from(ground, &set, best.begin(), 1.0).filter(|found| found.log_marginal > best.log_marginal)
-        };
-        let Some(found) = WAYS.iter().find_map(better) else { break };
-        best = found;
-    }
-    best
+    let divided = refitted(ground, model, known, (divided, DIVISIONS_MAX));
+    refitted(ground, divided, known, (along_the_likelihood, MOVES_MAX))
 }
 
-/// The set of a model with other rates of all laws but the known ones.
+/// The set of a model with other rates of all laws but the known ones; `None` where each stands.
 type Way = fn(&EstimationSession<'_>, &Model, &[Candidate]) -> Option<Vec<Hypothesis>>;
 
-/// In the order in which they are tried. Where a reading feels the sign itself, gains of a smooth one
-/// do not show what a sharp one explains.
-const WAYS: [Way; 2] = [along_the_likelihood, divided];
-
-/// What a way makes of the set where it has a sign that is not `known`.
-fn by(way: Way, ground: Ground<'_>, model: &Model, known: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+/// `model` at the rates of a way, as long as the evidence rises.
+fn refitted(ground: Ground<'_>, model: Model, known: &[Hypothesis], (way, most): (Way, usize)) -> Model {
     let laws = |set: &[Hypothesis]| -> Vec<Candidate> {
         set.iter().flat_map(Hypothesis::parts).map(|part| part.column.candidate.clone()).collect()
     };
     let known = laws(known);
     let is_open = |own: &Candidate| smoothing(own).is_some() && !known.iter().any(|known| known.same_law(own));
-    laws(&model.set).iter().any(is_open).then_some(())?;
-    way(&model.session(ground)?, model, &known)
+    let mut best = model;
+    if !laws(&best.set).iter().any(is_open) {
+        return best;
+    }
+    for _ in 0..most {
+        let set = best.session(ground).and_then(|session| way(&session, &best, &known));
+        match set.and_then(|set| from(ground, &set, best.begin(), 1.0)) {
+            Some(found) if found.log_marginal > best.log_marginal => best = found,
+            _ => break,
+        }
+    }
+    best
 }
 
-/// All signs sharper by [`SHARPER`], where the steps of integration resolve them.
-fn divided(session: &EstimationSession<'_>, model: &Model, known: &[Candidate]) -> Option<Vec<Hypothesis>> {
-    let (mut set, mut plant, mut any) = (model.set.clone(), model.fit.plant.clone(), false);
+/// All signs sharper by [`SHARPER`].
+fn divided(_: &EstimationSession<'_>, model: &Model, known: &[Candidate]) -> Option<Vec<Hypothesis>> {
+    let (mut set, mut any) = (model.set.clone(), false);
     for candidate in set.iter_mut().flat_map(Hypothesis::parts_mut).map(|part| &mut part.column.candidate) {
         let Some((place, parameter)) = smoothing(candidate) else { continue };
         let rate = candidate.inner[place].1 / SHARPER;
-        let there = with_rate(&plant, candidate, parameter.name, rate);
-        let is_known = known.iter().any(|known| known.same_law(candidate));
-        if !is_known && rate >= parameter.low && is_resolved(session, &there, &model.fit.theta) {
+        if rate >= parameter.low && !known.iter().any(|known| known.same_law(candidate)) {
             candidate.inner[place].1 = rate;
-            (plant, any) = (there, true);
+            any = true;
         }
     }
     any.then_some(set)
@@ -125,8 +126,8 @@ fn with_rate(plant: &Plant, candidate: &Candidate, name: &str, rate: f64) -> Pla
     plant
 }
 
-/// The steps of integration are short against how fast a sign turns: what they are not short against
-/// is another law.
+/// The steps of integration are short against how fast a sign turns: what they are not short
+/// against is another law.
 fn is_resolved(session: &EstimationSession<'_>, plant: &Plant, theta: &[f64]) -> bool {
     let resolves = |run: usize| propagator(session, plant, theta, run).is_some_and(|own| own.is_resolved());
     (0..session.timelines.len()).all(resolves)

@@ -14,8 +14,8 @@ pub enum Noise<'a> {
 }
 
 impl<'a> Noise<'a> {
-    /// The difference that weighs most in a reason with entries such as `torque x0.04`; `None` where
-    /// it has none.
+    /// The difference that weighs most in a reason with entries such as `torque x0.04`; `None`
+    /// where it has none.
     pub fn of(reason: &'a str) -> Option<Self> {
         let entries: Vec<&str> = reason.split("; ").flat_map(|clause| clause.split(", ")).collect();
         let bare = |entry: &'a str| entry.rsplit_once(": ").map_or(entry, |(_, entry)| entry);
