@@ -298,3 +298,21 @@ fn a_star_tracker_may_tell_an_attitude_by_either_of_its_two_rotation_vectors() {
     // the largest of 3 600 normal numbers
     assert!(loudest < 5.0, "{loudest}");
 }
+
+/// An encoder without delay reads the angle: its innovation's variance is the angle's and its own
+/// noise's.
+#[test]
+fn what_the_filter_knows_of_a_state_is_what_an_innovation_has_beside_its_own_noise() {
+    let nominal = plant("pendulum");
+    let problem = problem(&nominal, recording(&nominal, 5, 4.0));
+    let (session, linearised) = linearised(&problem);
+    let (linear, timeline) = (&linearised.linears[0], &session.timelines[0]);
+    let sigmas = state_sigmas(linear, timeline, &session.noise).unwrap();
+    let angle = sigmas[linear.names.iter().position(|name| name == "joint:pivot").unwrap()];
+    let found = gains(linear, timeline, &session.noise).unwrap();
+    let own = session.noise.sensor_sigma[0];
+    let mut beside: Vec<f64> = found.factor.iter().map(|root| (root * root - own * own).max(0.0).sqrt()).collect();
+    beside.sort_by(f64::total_cmp);
+    let median = beside[beside.len() / 2];
+    assert!((angle / median - 1.0).abs() < 0.05, "{angle:e} {median:e}");
+}
