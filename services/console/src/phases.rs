@@ -6,8 +6,8 @@
 //! for long.
 //!
 //! The crates below count work and plan it; the clock is here. What is left takes the time that the
-//! work so far has taken: `left = elapsed (1 − share) / share`, by the last plan. A search may find
-//! more to compare than was planned; what its limit still allows is said beside that.
+//! work so far has taken: `left = elapsed (1 − share) / share`, by the last plan. A search may
+//! find more to compare than was planned; what its limit still allows is said beside that.
 
 use crate::progress;
 use discovery::diagnose::Phase;
