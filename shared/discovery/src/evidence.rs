@@ -101,7 +101,7 @@ fn run(
     let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
     outline.begin(Phase::Compare);
     let leads = beginning::leads(&session, &bare, options, &mut outline);
-    let pool = search::searched(&session, (bare, search::Leads::Known(&leads)), options, &mut outline);
+    let pool = search::searched(&session, (bare, &leads), options, &mut outline);
     outline.begin(Phase::UnknownLaw);
     let own = session.in_parts(pool.parts).map_err(|error| error.to_string())?;
     let goes_on = session.work.goes_on(Phase::UnknownLaw.words());

@@ -84,51 +84,27 @@ const PART_GROWTH: usize = 4;
 /// the test on the whole recording.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
-    looked_at(recording, plant, work).found
-}
-
-/// What the channel metadata of a recording look like.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Looked {
-    pub found: Option<Mislabelled>,
-    /// The plant misses the recording by far whichever mistake is corrected.
-    pub is_missed: bool,
-}
-
-impl From<Option<Mislabelled>> for Looked {
-    fn from(found: Option<Mislabelled>) -> Self {
-        Self { found, is_missed: false }
-    }
-}
-
-/// [`mislabelled`], and whether the plant lacks something else.
-#[must_use]
-pub fn looked_at(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Looked {
     // channels that the plant cannot read are left to the other checks
-    if Problem::new(plant, core::slice::from_ref(recording), &[]).is_err() {
-        return None.into();
-    }
+    Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
     let evaluator = PlantEvaluator::new(plant, work);
     if is_near(&evaluator.predicted(recording, ParameterChoice::Priors)) {
-        return None.into();
+        return None;
     }
     let all = evaluator.samples(recording);
     let mut many = FIRST_PART_READINGS;
     while many < all {
         let beginning = recording.beginning(many as f64 / all as f64);
-        let Some(found) = explained(&evaluator, &beginning) else { return None.into() };
+        let found = explained(&evaluator, &beginning)?;
         if found.none_near {
-            return Looked { found: None, is_missed: true };
+            return None;
         }
         let found = if found.list.is_empty() { None } else { confirmed(&evaluator, recording, found) };
         if found.is_some() {
-            return found.into();
+            return found;
         }
         many *= PART_GROWTH;
     }
-    let Some(found) = explained(&evaluator, recording) else { return None.into() };
-    let is_missed = found.none_near;
-    Looked { found: found.best(), is_missed }
+    explained(&evaluator, recording)?.best()
 }
 
 /// The finding that the channel metadata was not tested completely, for the reason in `note`.

@@ -53,8 +53,8 @@ pub use layout::{Layout, tangent_names};
 pub use linear::Linear;
 pub use linearise::{linearise, linearise_along};
 pub use noise_model::NoiseModel;
+pub use propagator::Propagator;
 pub(crate) use propagator::step_s;
-pub use propagator::{Propagator, rate_of};
 pub use sensitivity::{Moved, sensitivities};
 pub use whiten::whiten;
 

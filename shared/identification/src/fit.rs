@@ -11,15 +11,13 @@ pub mod estimation_session;
 pub mod linearised_problem;
 mod normal;
 mod parallel;
-mod stages;
 mod white;
 
 pub use continuation::fit_by_continuation;
-pub use estimation_session::{EstimationSession, Groundwork, is_mass};
+pub use estimation_session::{EstimationSession, is_mass};
 pub use linearised_problem::LinearisedProblem;
 pub use normal::{Normal, prior_chi2};
 pub use parallel::parallel;
-pub use stages::{FIRST_READINGS, LONGER_MIN, fit_in_stages};
 pub use white::White;
 
 use crate::filter::NoiseModel;

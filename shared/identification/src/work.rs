@@ -103,8 +103,6 @@ pub struct Work {
     most: f64,
     /// At which fits end.
     end: f64,
-    /// What shares are taken of; none: of all that is to be spent.
-    budget: Option<f64>,
     /// Counts what this one does.
     whole: Option<Arc<Work>>,
     spent: AtomicU64,
@@ -127,7 +125,7 @@ impl Work {
     /// As [`Work::of`], seen and stopped by `watch`.
     pub fn watched(most: f64, watch: Watch) -> Self {
         let (spent, left_out) = (AtomicU64::new(0), Mutex::default());
-        Self { most, end: OVERRUN * most, budget: None, whole: None, spent, watch, left_out }
+        Self { most, end: OVERRUN * most, whole: None, spent, watch, left_out }
     }
 
     /// Fits end as under a limit of `most` at least, however little the search may cost.
@@ -140,19 +138,8 @@ impl Work {
     pub fn part(whole: &Arc<Self>, share: f64) -> Arc<Self> {
         let left = |end: f64| share * (end - whole.spent()).max(0.0);
         let (most, end) = (left(whole.most()), left(whole.end));
-        let (own, budget) = (Self::watched(most, whole.watch.clone()), Some(whole.budget()));
-        Arc::new(Self { end, budget, whole: Some(whole.clone()), ..own })
-    }
-
-    /// A search within `whole` on a share of all that is left, of which its own shares are taken.
-    pub fn search_within(whole: &Arc<Self>, share: f64) -> Arc<Self> {
-        let most = share * (whole.most() - whole.spent()).max(0.0);
-        let own = Self { whole: Some(whole.clone()), ..Self::watched(most, whole.watch.clone()) };
+        let own = Self { end, whole: Some(whole.clone()), ..Self::watched(most, whole.watch.clone()) };
         Arc::new(own)
-    }
-
-    fn budget(&self) -> f64 {
-        self.budget.unwrap_or(self.most())
     }
 
     /// Plans `now` more for the part that is being done, within what fits may still cost, and
@@ -248,7 +235,7 @@ impl Work {
 
     /// How many of one `cost` a share of all pays for; of a part's, a share of the whole.
     pub fn affords(&self, share: f64, cost: f64) -> f64 {
-        if self.is_stopped() { 0.0 } else { share * self.budget() / cost.max(1.0) }
+        self.whole.as_ref().map_or_else(|| share * self.most() / cost.max(1.0), |whole| whole.affords(share, cost))
     }
 
     /// The work that was left out, if any was.
@@ -306,17 +293,6 @@ mod tests {
         // half of what is left to the end at one and a half limits
         assert!(part.allows_step(30.0) && !part.allows_step(31.0) && whole.allows_step(80.0));
         assert_eq!(whole.note().unwrap(), "to bound the work these were left out: b; the last steps of fits");
-    }
-
-    #[test]
-    fn shares_of_a_task_are_those_of_the_whole_and_shares_of_a_search_within_are_its_own() {
-        let whole = Arc::new(Work::of(100.0));
-        whole.add(60.0);
-        assert_eq!(Work::part(&whole, 0.5).affords(0.1, 1.0), 10.0);
-        let search = Work::search_within(&whole, 0.5);
-        assert_eq!(search.affords(0.1, 1.0), 2.0);
-        search.add(15.0);
-        assert!(search.allows(5.0, "a") && !search.allows(6.0, "a") && whole.spent() == 75.0);
     }
 
     #[test]

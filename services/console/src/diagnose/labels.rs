@@ -4,7 +4,7 @@ use super::Case;
 use crate::recordings::Loaded;
 use discovery::diagnose::LabelReport;
 use discovery::evidence::labels::{is_wrong, log_jacobian as log_jacobian_of, with_noise_of};
-use discovery::mislabelled::{Looked, Mislabelled, looked_at};
+use discovery::mislabelled::{Mislabelled, mislabelled};
 use dynamics::description::Plant;
 use identification::work::{Watch, Work};
 use std::sync::Arc;
@@ -28,19 +28,10 @@ pub struct Rival {
 pub fn look_at_labels(case: &Case, most: f64, watch: &Watch) -> Labels {
     let records: Vec<&Loaded> = case.time_records().collect();
     let mut all = Labels { labels: Vec::new(), spent: 0.0, left_out: Vec::new() };
-    let mut is_missed = true;
     for (k, one) in records.iter().enumerate() {
-        // what fitted recordings lack is no mistake of a label that one beside them might show
-        let is_beside = k >= case.fitted.len();
-        if is_beside && is_missed && all.labels.iter().all(Option::is_none) {
-            all.labels.push(None);
-            continue;
-        }
         let share = (most - all.spent).max(0.0) / (records.len() - k) as f64;
         let work = Arc::new(Work::watched(share, watch.clone()));
-        let looked = if watch.is_stopped() { None.into() } else { looked_at(&one.recording, &case.plant, &work) };
-        let Looked { found, is_missed: own } = looked;
-        is_missed &= own;
+        let found = if watch.is_stopped() { None } else { mislabelled(&one.recording, &case.plant, &work) };
         all.labels.push(found);
         all.spent += work.spent();
         // those that follow may be read as this one

@@ -6,7 +6,7 @@
 //! beginning is diagnosed that it pays for, and the report says so.
 
 use super::{Diagnosis, Options, Verdict};
-use identification::fit::{EstimationSession, Fit, fit, fit_in_stages};
+use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
 use identification::problem::{Problem, Unknown};
 use identification::work::{LIMIT_NOTE, Work};
 use std::sync::Arc;
@@ -112,7 +112,7 @@ pub(crate) fn nominal(session: &EstimationSession<'_>, options: &Options) -> Res
     let own = EstimationSession { work: Work::part(&session.work, NOMINAL_SHARE), ..session.clone() };
     let found = match &options.refused_at {
         Some(at) => fit(&own, &own.problem.plant, &started(&own, at), &own.noise, NOMINAL_ROUNDS),
-        None => fit_in_stages(&own, NOMINAL_ROUNDS),
+        None => fit_by_continuation(&own, NOMINAL_ROUNDS),
     };
     let fit = found.map_err(|error| error.to_string())?;
     let is_cut = !fit.converged && own.work.note().is_some() && options.refused_at.is_none();

@@ -7,17 +7,17 @@
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, from};
 use super::pool::Pool;
-use super::search::{Leads, searched};
+use super::search::searched;
 use crate::diagnose::Options;
 use crate::outline::Outline;
 use dynamics::effect::Role;
-use identification::fit::{EstimationSession, FIRST_READINGS, LONGER_MIN};
-use identification::work::Work;
+use identification::fit::EstimationSession;
 
-/// Sets of a beginning that are fitted to the whole, and share of the work that is left for their
-/// search. Budgets.
+/// Readings of a beginning, recordings this many times longer than it have one, and sets of it that
+/// are fitted to the whole. Budgets.
+const READINGS: usize = 6000;
+const LONGER_MIN: usize = 3;
 const SETS_MAX: usize = 3;
-const WORK_SHARE: f64 = 0.5;
 
 /// Sets that lead on the beginning of the recordings, best first; none of recordings that are not
 /// long, and of a beginning that lacks nothing.
@@ -29,18 +29,17 @@ pub(super) fn leads(
     options: &Options,
     outline: &mut Outline<'_>,
 ) -> Vec<Model> {
-    if session.samples < LONGER_MIN * FIRST_READINGS {
+    if session.samples < LONGER_MIN * READINGS {
         return Vec::new();
     }
-    let problem = session.problem.split(FIRST_READINGS as f64 / session.samples as f64).0;
-    let work = Work::search_within(&session.work, WORK_SHARE);
-    let Ok(mut own) = EstimationSession::counted(&problem, session.threads, work) else {
+    let problem = session.problem.split(READINGS as f64 / session.samples as f64).0;
+    let Ok(mut own) = EstimationSession::counted(&problem, session.threads, session.work.clone()) else {
         return Vec::new();
     };
     own.lower_floors();
     let Some(bare) = from(Ground { session: &own }, &[], bare.begin(), 1.0) else { return Vec::new() };
     let options = Options { held_out: None, ..options.clone() };
-    let mut leads = leading(searched(&own, (bare, Leads::Beginning), &options, outline));
+    let mut leads = leading(searched(&own, (bare, &[]), &options, outline));
     let lasts_s = problem.duration_s();
     let longer = libm::log(session.problem.duration_s() / lasts_s);
     leads.iter_mut().for_each(|lead| pick_of_more(&mut lead.set, lasts_s, longer));

@@ -42,8 +42,6 @@ pub(super) struct Pool {
     pub parts: usize,
     /// The search began about sets that lead on a beginning of the recordings.
     pub is_led: bool,
-    /// The recordings are beginnings of longer ones.
-    pub is_of_beginning: bool,
     /// Keys of all sets that were tried.
     pub seen: BTreeSet<String>,
     /// Work of a fit, and of a look at the catalogue about a model. A mean: what one law costs,

@@ -45,13 +45,6 @@ pub(super) struct Proposal {
     pub noise: NoiseModel,
 }
 
-impl Proposal {
-    /// How many numbers its laws have.
-    pub fn numbers(&self) -> usize {
-        self.set.iter().flat_map(Hypothesis::parts).map(|part| part.column.candidate.numbers()).sum()
-    }
-}
-
 /// A law on the linear problem.
 struct Linear {
     place: usize,

@@ -35,29 +35,16 @@ const SHRINKINGS_MAX: usize = 4;
 /// one nat, as [`SAME`].
 const PARTS_MAX: usize = 8;
 
-/// What is known before a search.
-#[derive(Clone, Copy)]
-pub(super) enum Leads<'a> {
-    /// Nothing: it is of a beginning, and ends with whatever it has met. Plain laws come first, for
-    /// they cost least.
-    Beginning,
-    /// Sets that lead on the beginning, if there is one.
-    Known(&'a [Model]),
-}
-
 /// Searches from `bare`, the plant without hypotheses, and from the sets of `leads`.
 ///
 /// Cost: a screening and some ten fits for each expansion; bounded by the session's work.
 pub(super) fn searched(
     session: &EstimationSession<'_>,
-    (bare, leads): (Model, Leads<'_>),
+    (bare, leads): (Model, &[Model]),
     options: &Options,
     outline: &mut Outline<'_>,
 ) -> Pool {
-    let is_of_beginning = matches!(leads, Leads::Beginning);
-    let leads = if let Leads::Known(leads) = leads { leads } else { &[] };
     let mut pool = Pool {
-        is_of_beginning,
         entries: Vec::new(),
         open: Vec::new(),
         looked: Vec::new(),
@@ -71,14 +58,7 @@ pub(super) fn searched(
     };
     let mut own = session.clone();
     pool.enter(Ground { session: &own }, bare, options);
-    match leads.split_first() {
-        // what one costs is known behind it
-        Some((first, _)) if session.work.allows(0.0, "sets of hypotheses") => {
-            pool.seen.insert(first.key());
-            pool.fit_from(Ground { session: &own }, &first.set, (first, &first.noise), (f64::INFINITY, false), options);
-        }
-        _ => pool.fits.add(FITTED_SET_ROUNDS * session.round_work()),
-    }
+    pool.fits.add(FITTED_SET_ROUNDS * session.round_work());
     pool.disturb(Ground { session: &own }, options);
     for lead in leads {
         pool.fit(Ground { session: &own }, &lead.set, (lead, &lead.noise), f64::INFINITY, options);
@@ -168,11 +148,8 @@ impl Pool {
         }
         let (list, beyond) = proposals(ground, &model, &screened, self.log_m);
         self.looks.add(ground.session.work.spent() - begun);
-        let (mut promising, others): (Vec<Proposal>, Vec<Proposal>) =
+        let (promising, others): (Vec<Proposal>, Vec<Proposal>) =
             list.into_iter().partition(|own| own.log_bayes > WORTH);
-        if self.is_of_beginning {
-            promising.sort_by_key(Proposal::numbers);
-        }
         let count = promising.len() + others.len();
         let mut left = (1..=count).rev();
         for own in promising {

@@ -10,9 +10,9 @@ use super::follow::Follow;
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, from};
 use crate::score::{Candidate, propagator};
-use dynamics::description::Plant;
+use dynamics::description::{Plant, SiteKind};
 use dynamics::effect::{EffectParameter, Role};
-use identification::filter::{Linear, rate_of, state_sigmas};
+use identification::filter::{Linear, state_sigmas};
 use identification::fit::EstimationSession;
 use identification::problem::Timeline;
 
@@ -136,7 +136,10 @@ fn is_resolved(session: &EstimationSession<'_>, plant: &Plant, theta: &[f64]) ->
 /// Standard deviation to which the filter knows the rate of the site of a law; zero where it has no
 /// such rate. Within it a linear model has one slope, and a sharper sign has two.
 fn rate_sigma(session: &EstimationSession<'_>, model: &Model, candidate: &Candidate) -> f64 {
-    let rate = rate_of(&candidate.site);
+    let rate = match candidate.site.kind {
+        SiteKind::Actuator => format!("wheel:{}", candidate.site.name),
+        _ => format!("{}.rate", candidate.site),
+    };
     let runs = model.fit.linearised.linears.iter().zip(session.timelines.iter());
     let of_run = |(linear, timeline): (&Linear, &Timeline)| {
         let place = linear.names.iter().position(|name| *name == rate)?;

@@ -1,15 +1,13 @@
 //! How well a plant predicts a recording under one labelling, and the cost of testing it.
 
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 use std::sync::Arc;
 
 use dynamics::description::Plant;
 
 use channels::{Channel, Recording};
 use identification::dot::dot;
-use identification::fit::{
-    EstimationSession, Fit, FitError, Groundwork, LinearisedProblem, Rounds, fit, fit_by_continuation,
-};
+use identification::fit::{EstimationSession, Fit, FitError, LinearisedProblem, Rounds, fit, fit_by_continuation};
 use identification::problem::{Problem, Unknown};
 use identification::work::Work;
 
@@ -89,15 +87,12 @@ pub(super) struct PlantEvaluator<'a> {
     pub work: &'a Arc<Work>,
     /// Work of the most expensive evaluation so far of each kind, for each sample.
     dearest: [Cell<f64>; 5],
-    /// Of the recording of so many readings and runs that was evaluated last: metadata that are
-    /// wrong move no floor by much.
-    groundwork: RefCell<Option<([usize; 2], Groundwork)>>,
 }
 
 impl<'a> PlantEvaluator<'a> {
     /// Evaluations of `plant`, counted in `work`.
     pub fn new(plant: &'a Plant, work: &'a Arc<Work>) -> Self {
-        Self { plant, work, dearest: Default::default(), groundwork: RefCell::new(None) }
+        Self { plant, work, dearest: Default::default() }
     }
 
     /// The work allows one more evaluation as expensive as the most expensive of its kind;
@@ -151,24 +146,12 @@ impl<'a> PlantEvaluator<'a> {
         let mut problem = Problem::new(self.plant, core::slice::from_ref(recording), &[]).ok()?;
         confine(&mut problem.unknowns);
         let before = self.work.spent();
-        let found = self.session(&problem).ok().and_then(|session| predicted(&session, numbers));
+        let session = EstimationSession::counted(&problem, 1, self.work.clone());
+        let found = session.ok().and_then(|session| predicted(&session, numbers));
         let each = (self.work.spent() - before) / self.samples(recording).max(1) as f64;
         let dearest = &self.dearest[numbers.kind()];
         dearest.set(dearest.get().max(each));
         found
-    }
-}
-
-impl PlantEvaluator<'_> {
-    fn session<'p>(&self, problem: &'p Problem) -> Result<EstimationSession<'p>, FitError> {
-        let size = [problem.samples(), problem.runs.len()];
-        let known = self.groundwork.borrow().clone().filter(|(own, _)| *own == size);
-        let session = match known {
-            Some((_, known)) => EstimationSession::on_groundwork(problem, 1, self.work.clone(), known)?,
-            None => EstimationSession::counted(problem, 1, self.work.clone())?,
-        };
-        self.groundwork.replace(Some((size, session.groundwork())));
-        Ok(session)
     }
 }
 

@@ -1,6 +1,5 @@
 //! What is linear about a pass: transitions and rows of measurement along it.
 
-use super::propagator::Resolution;
 use super::{Frozen, Layout, NoiseModel};
 use crate::problem::Timeline;
 
@@ -23,8 +22,8 @@ pub struct Linear {
     pub pull: Vec<f64>,
     /// The gains are those of the prior's width.
     pub is_wide: bool,
-    /// Parts that steps of integration were taken in.
-    pub resolution: Resolution,
+    /// Parts that a step of integration was taken in.
+    pub finer: usize,
     /// Gains of the pass, and its innovations, those of a start at the prior's mean.
     pub frozen: Frozen,
     /// Lower Cholesky factors of the innovations' covariances under the noise of the pass, samples

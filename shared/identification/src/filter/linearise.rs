@@ -27,7 +27,7 @@ impl Linear {
             start: start.change.clone(),
             pull: vec![0.0; samples],
             is_wide: start.sigma == initial_sigma,
-            resolution: propagator.resolution.clone(),
+            finer: propagator.finer,
             frozen: Frozen {
                 rows: layout.len(),
                 gain: Vec::with_capacity(samples * layout.len()),

@@ -9,6 +9,7 @@ use channel::{Channel, channel};
 use dynamics::description::Plant;
 use dynamics::system::{RungeKutta, System, Workspace};
 use filtered_inputs::filtered_rows;
+use stiffness::finer;
 
 mod channel;
 mod filtered_inputs;
@@ -22,7 +23,6 @@ mod stiffness;
 pub use pass::Mean;
 pub use point::Point;
 pub(crate) use stiffness::step_s;
-pub use stiffness::{Resolution, rate_of};
 
 /// A compiled plant with the timeline of one run.
 pub struct Propagator<'a> {
@@ -36,12 +36,8 @@ pub struct Propagator<'a> {
     /// Change of every input from the beginning of an event's stretch to its end, about the row;
     /// empty: none.
     tilts: Vec<f64>,
-    pub(super) resolution: Resolution,
-    /// Parts of the steps of the flow that was taken last.
-    taken: Vec<usize>,
-    /// Slope at the beginning of the step that is taken next, where it is known.
-    first: Vec<f64>,
-    has_first: bool,
+    pub(super) finer: usize,
+    is_resolved: bool,
     sensors: Vec<Channel>,
     any_mean: bool,
     any_shifted: bool,
@@ -72,21 +68,6 @@ pub(super) struct Moving<'w> {
     w: &'w [f64],
 }
 
-/// One of the parts of a step of a stretch.
-#[derive(Clone, Copy)]
-pub(super) struct Part {
-    step: usize,
-    within: usize,
-    of: usize,
-}
-
-impl Part {
-    /// All of a step.
-    pub fn all(step: usize, of: usize) -> impl Iterator<Item = Self> {
-        (0..of).map(move |within| Self { step, within, of })
-    }
-}
-
 impl<'a> Propagator<'a> {
     /// Propagator of `plant` (not yet equipped) for run `run`.
     ///
@@ -110,7 +91,7 @@ impl<'a> Propagator<'a> {
         layout.clone = if any_mean { layout.tangent } else { 0 };
         layout.colour_of = vec![None; sensors.len()];
         let (n, m, p) = (system.states().len(), system.inputs().len(), sensors.len());
-        let resolution = Resolution::of((problem, run), (&equipped, &system, &x0), timeline);
+        let (finer, is_resolved) = finer((problem, run), (&equipped, &system, &x0), timeline);
         let rows = timeline.rows_of(problem, &problem.runs[run], &equipped, &system).unwrap_or_default();
         let (rows, tilts) = filtered_rows(&system, timeline, rows);
         let zeros = |n: usize| vec![0.0; n];
@@ -121,10 +102,8 @@ impl<'a> Propagator<'a> {
             layout,
             x0,
             rows,
-            resolution,
-            taken: Vec::new(),
-            first: zeros(n),
-            has_first: false,
+            finer,
+            is_resolved,
             tilts,
             any_mean,
             any_shifted,
@@ -146,8 +125,8 @@ impl<'a> Propagator<'a> {
 
     /// Work of a pass with frozen gains that is still to be done.
     pub fn pass_work(&self) -> f64 {
-        let steps: usize = self.timeline.events.iter().map(|event| event.steps).sum();
-        of_evaluations((4.0 * steps as f64 * self.resolution.mean_parts()) as usize, &self.system)
+        let parts: usize = self.timeline.events.iter().map(|event| event.steps).sum::<usize>() * self.finer;
+        of_evaluations(4 * parts, &self.system)
     }
 
     /// Work of a linear model of the run, of `unknowns` passes beside it, and of their products; a
@@ -162,12 +141,12 @@ impl<'a> Propagator<'a> {
 
     /// Its steps are short against its fastest rate.
     pub fn is_resolved(&self) -> bool {
-        self.resolution.is_resolved
+        self.is_resolved
     }
 
-    /// Most steps of integration for each of the timeline's.
+    /// Steps of integration for each of the timeline's.
     pub fn finer(&self) -> usize {
-        self.resolution.turning
+        self.finer
     }
 
     /// Work that this propagator has done.
@@ -246,39 +225,16 @@ impl<'a> Propagator<'a> {
 
     /// Moves `x` from event `k` to the next.
     pub fn flow(&mut self, k: usize, x: &mut [f64], w: &[f64]) {
-        for step in 0..self.timeline.events[k].steps {
-            let parts = self.parts(k, step, x, w);
-            Part::all(step, parts).for_each(|part| self.advance(k, part, x, w));
-        }
+        (0..self.parts(k)).for_each(|part| self.advance(k, part, x, w));
     }
 
-    /// [`Propagator::flow`] in the parts of the last one: no derivative sees how many they are.
-    pub(super) fn flow_alike(&mut self, k: usize, x: &mut [f64], w: &[f64]) {
-        for step in 0..self.timeline.events[k].steps {
-            Part::all(step, self.taken[step]).for_each(|part| self.advance(k, part, x, w));
-        }
-    }
-
-    /// Parts of a step of the stretch behind event `k` that begins in `x`, which is taken next.
-    pub(super) fn parts(&mut self, k: usize, step: usize, x: &[f64], w: &[f64]) -> usize {
-        let parts =
-            if self.resolution.is_even() { self.resolution.turning } else { self.parts_by_slope(k, step, x, w) };
-        self.taken.truncate(step);
-        self.taken.push(parts);
-        parts
-    }
-
-    fn parts_by_slope(&mut self, k: usize, step: usize, x: &[f64], w: &[f64]) -> usize {
-        let whole = Part { step, within: 0, of: 1 };
-        let mut first = core::mem::take(&mut self.first);
-        self.slope_at((k, whole), 0.0, x, w, &mut first);
-        let parts = self.resolution.parts(self.timeline.events[k].step_s, x, &first);
-        (self.first, self.has_first) = (first, true);
-        parts
+    /// Steps of integration behind event `k`.
+    pub(super) fn parts(&self, k: usize) -> usize {
+        self.timeline.events[k].steps * self.finer
     }
 
     /// Moves `x` over one part of the stretch behind event `k`.
-    pub(super) fn advance(&mut self, k: usize, part: Part, x: &mut [f64], w: &[f64]) {
+    pub(super) fn advance(&mut self, k: usize, part: usize, x: &mut [f64], w: &[f64]) {
         let (t, h, moving) = self.part(k, part, w);
         if moving.is_none() {
             self.load(self.timeline.events[k].row, w);
@@ -286,24 +242,23 @@ impl<'a> Propagator<'a> {
         self.integrate(t, h, x, moving);
     }
 
-    /// `x'` in state `x` at a share of a part of the stretch behind event `k`.
-    pub(super) fn slope_at(&mut self, (k, part): (usize, Part), share: f64, x: &[f64], w: &[f64], out: &mut [f64]) {
+    /// `x'` in state `x` in the middle of a part.
+    pub(super) fn slope_within(&mut self, k: usize, part: usize, x: &[f64], w: &[f64], out: &mut [f64]) {
         let (t, h, moving) = self.part(k, part, w);
         match moving {
-            Some(moving) => self.interpolate(moving.row, moving.from + share * moving.span, w),
+            Some(moving) => self.interpolate(moving.row, moving.from + 0.5 * moving.span, w),
             None => self.load(self.timeline.events[k].row, w),
         }
         self.evaluations += 1;
         let Self { system, ws, u, .. } = self;
-        system.derivative(ws, t + share * h, x, u, out);
+        system.derivative(ws, t + 0.5 * h, x, u, out);
     }
 
     /// Beginning and length \[s\] of a part of the stretch behind event `k`, and the inputs that
     /// change during it.
-    pub(super) fn part<'w>(&self, k: usize, part: Part, w: &'w [f64]) -> (f64, f64, Option<Moving<'w>>) {
+    pub(super) fn part<'w>(&self, k: usize, part: usize, w: &'w [f64]) -> (f64, f64, Option<Moving<'w>>) {
         let event = self.timeline.events[k];
-        let Part { step, within, of } = part;
-        let parts = of as f64;
+        let (step, within, parts) = (part / self.finer, part % self.finer, self.finer as f64);
         let h = event.step_s / parts;
         let t = event.t_s + step as f64 * event.step_s + within as f64 * h;
         let from = within as f64 / parts;
@@ -326,12 +281,9 @@ impl<'a> Propagator<'a> {
 
     /// One step.
     fn integrate(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<Moving<'_>>) {
-        self.evaluations += 4 - usize::from(self.has_first);
+        self.evaluations += 4;
         let mut integrator = std::mem::take(&mut self.integrator);
         integrator.step(h, x, |share, stage, x_dot| {
-            if core::mem::take(&mut self.has_first) {
-                return x_dot.copy_from_slice(&self.first);
-            }
             if let Some(moving) = moving {
                 self.interpolate(moving.row, moving.from + share * moving.span, moving.w);
             }

@@ -14,7 +14,7 @@
 
 use super::jacobian::Slopes;
 use super::linear::STEP;
-use super::propagator::{Mean, Part, Propagator};
+use super::propagator::{Mean, Propagator};
 use super::wide::wide;
 
 /// Numbers of a change from which slopes are worth their bookkeeping.
@@ -114,8 +114,7 @@ impl Transitions {
         out: &mut [f64],
     ) {
         let (n, m, len) = (self.n, self.m, self.n + self.m);
-        let event = propagator.timeline.events[k];
-        let parts = event.steps * propagator.finer();
+        let (parts, event) = (propagator.parts(k), propagator.timeline.events[k]);
         let h = event.step_s * event.steps as f64 / parts as f64;
         for (i, rates) in self.rates.chunks_exact_mut(len).enumerate() {
             let row = slopes.a[i * n..(i + 1) * n].iter().chain(&slopes.b[i * m..(i + 1) * m]);
@@ -150,7 +149,7 @@ impl Transitions {
                 self.moved.copy_from_slice(&mean.x);
                 self.w[column - n] += STEP;
             }
-            propagator.flow_alike(k, &mut self.moved, &self.w);
+            propagator.flow(k, &mut self.moved, &self.w);
             if column >= n {
                 self.w[column - n] = mean.w[column - n];
             }
@@ -166,28 +165,25 @@ impl Transitions {
         let (n, len) = (self.n, self.n + self.m);
         out.fill(0.0);
         (0..n).for_each(|i| out[i * len + i] = 1.0);
-        for step in 0..propagator.timeline.events[k].steps {
-            let parts = propagator.parts(k, step, &self.base, &self.w);
-            for part in Part::all(step, parts) {
-                let (_, h, _) = propagator.part(k, part, &self.w);
-                self.moved.copy_from_slice(&self.base);
-                propagator.advance(k, part, &mut self.base, &self.w);
-                propagator.middle(&self.moved, h, &mut self.middle);
-                self.take_rates(propagator, (k, part), h);
-                taylor((&self.rates, n, len), &mut self.power, &mut self.next, &mut self.own);
-                then((&self.own, n, len), out, &mut self.next);
-            }
+        for part in 0..propagator.parts(k) {
+            let (_, h, _) = propagator.part(k, part, &self.w);
+            self.moved.copy_from_slice(&self.base);
+            propagator.advance(k, part, &mut self.base, &self.w);
+            propagator.middle(&self.moved, h, &mut self.middle);
+            self.take_rates(propagator, (k, part), h);
+            taylor((&self.rates, n, len), &mut self.power, &mut self.next, &mut self.own);
+            then((&self.own, n, len), out, &mut self.next);
         }
     }
 
     /// `h [A | B]` in `middle`.
-    fn take_rates(&mut self, propagator: &mut Propagator<'_>, (k, part): (usize, Part), h: f64) {
+    fn take_rates(&mut self, propagator: &mut Propagator<'_>, (k, part): (usize, usize), h: f64) {
         let (n, len) = (self.n, self.n + self.m);
-        propagator.slope_at((k, part), 0.5, &self.middle, &self.w, &mut self.slope);
+        propagator.slope_within(k, part, &self.middle, &self.w, &mut self.slope);
         for column in 0..len {
             let number = if column < n { &mut self.middle[column] } else { &mut self.w[column - n] };
             let before = core::mem::replace(number, *number + STEP);
-            propagator.slope_at((k, part), 0.5, &self.middle, &self.w, &mut self.slope_moved);
+            propagator.slope_within(k, part, &self.middle, &self.w, &mut self.slope_moved);
             *if column < n { &mut self.middle[column] } else { &mut self.w[column - n] } = before;
             for row in 0..n {
                 self.rates[row * len + column] = h * (self.slope_moved[row] - self.slope[row]) / STEP;
@@ -214,7 +210,7 @@ impl Transitions {
         }
         propagator.system.retract(&mean.x, &self.delta[..n], &mut self.moved);
         self.w.iter_mut().zip(&self.delta[n..]).for_each(|(w, delta)| *w += delta);
-        propagator.flow_alike(k, &mut self.moved, &self.w);
+        propagator.flow(k, &mut self.moved, &self.w);
         self.w.copy_from_slice(&mean.w);
         propagator.system.difference(&self.base, &self.moved, &mut self.difference);
         (0..n).all(|i| {

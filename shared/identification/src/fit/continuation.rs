@@ -25,59 +25,30 @@ const ROUNDS_PER_STEP: usize = 3;
 /// # Errors
 /// Those of [`fit`].
 pub fn fit_by_continuation(session: &EstimationSession<'_>, rounds: impl Into<Rounds>) -> Result<Fit, FitError> {
-    continued(session, &session.prior(), Way::WhereFar, rounds.into())
-}
-
-/// Whether larger disturbances are a way to the minimum.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
-    Direct,
-    /// Where the direct way ends far off.
-    WhereFar,
-}
-
-impl Fit {
-    /// Nothing is left that the noise does not explain.
-    pub fn is_near(&self) -> bool {
-        self.chi2_per_sample < CHI2_PER_SAMPLE_NEAR
-    }
-}
-
-/// [`fit_by_continuation`] from `theta`.
-pub(super) fn continued(
-    session: &EstimationSession<'_>,
-    theta: &[f64],
-    way: Way,
-    rounds: Rounds,
-) -> Result<Fit, FitError> {
+    let rounds = rounds.into();
     let plant = &session.problem.plant;
     let from = |theta: &[f64], rounds: Rounds| fit(session, plant, theta, &session.noise, rounds);
-    let direct = from(theta, rounds.without_more());
-    let is_there = way == Way::Direct && direct.is_ok() || direct.as_ref().is_ok_and(Fit::is_near);
+    let direct = from(&session.prior(), rounds.without_more());
+    let is_near = direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < CHI2_PER_SAMPLE_NEAR);
     let has_room = || session.work.allows_step(0.0);
-    let mut begins = vec![theta.to_vec()];
-    let approached = if is_there || session.noise.input_sigma.is_empty() || !has_room() {
+    let approached = if is_near || session.noise.input_sigma.is_empty() || !has_room() {
         None
     } else {
-        let theta = approached(session, theta);
-        begins.extend(theta.clone().ok());
-        theta.and_then(|theta| from(&theta, rounds.without_more())).ok()
+        approached(session).and_then(|theta| from(&theta, rounds.without_more())).ok()
     };
     let best = match (direct, approached) {
         (Ok(direct), Some(approached)) if approached.objective < direct.objective => approached,
         (Err(_), Some(approached)) => approached,
         (direct, _) => direct?,
     };
-    // from where it began a fit ends where it ended
-    let is_done = best.converged || rounds.more == 0 || begins.contains(&best.theta);
-    if is_done || !has_room() { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
+    if best.converged || rounds.more == 0 || !has_room() { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
 /// Where fits under disturbances of ever lower variance end, from those on that explain the misfit
-/// at `theta`.
-fn approached(session: &EstimationSession<'_>, theta: &[f64]) -> Result<Vec<f64>, FitError> {
+/// at the priors.
+fn approached(session: &EstimationSession<'_>) -> Result<Vec<f64>, FitError> {
     let plant = &session.problem.plant;
-    let mut theta = theta.to_vec();
+    let mut theta = session.prior();
     let driven = |power: usize| {
         let mut noise = session.noise.clone();
         noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= libm::pow(DISTURBANCE_FACTOR, power as f64));

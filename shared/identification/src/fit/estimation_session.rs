@@ -42,15 +42,6 @@ pub struct EstimationSession<'p> {
     pub work: std::sync::Arc<Work>,
 }
 
-/// What a session finds out about its recordings before any fit: floors of noise, initial states
-/// that are hardly seen.
-#[derive(Clone)]
-pub struct Groundwork {
-    noise: NoiseModel,
-    disturbance_sigma: Vec<f64>,
-    hardly_seen: std::sync::Arc<Vec<Vec<(String, f64)>>>,
-}
-
 /// The start at the prior has a transient where its largest innovation is this many times that of a
 /// start at the posterior. Elsewhere it stays: a wide filter follows what the plant cannot explain
 /// yet. Chosen: the largest of 10⁴ normal innovations, 3.9 ± 0.3, varies by less.
@@ -75,42 +66,6 @@ impl<'p> EstimationSession<'p> {
     /// # Errors
     /// Those of [`EstimationSession::new`].
     pub fn counted(problem: &'p Problem, threads: usize, work: std::sync::Arc<Work>) -> Result<Self, FitError> {
-        let mut session = Self::bare(problem, threads, work)?;
-        let runs = parallel(problem.runs.len(), threads, |run| start::hardly_seen(&session, run));
-        session.hardly_seen = std::sync::Arc::new(runs);
-        let unstated: Vec<usize> =
-            (0..session.noise.input_sigma.len()).filter(|k| session.noise.input_sigma[*k] <= 0.0).collect();
-        session.set_floors()?;
-        session.set_disturbance_priors(&unstated);
-        Ok(session)
-    }
-
-    /// Session with the groundwork of another one: of a plant of the same states and inputs, on
-    /// recordings of about the same motion.
-    ///
-    /// # Errors
-    /// Those of [`EstimationSession::new`].
-    pub fn on_groundwork(
-        problem: &'p Problem,
-        threads: usize,
-        work: std::sync::Arc<Work>,
-        known: Groundwork,
-    ) -> Result<Self, FitError> {
-        let Groundwork { noise, disturbance_sigma, hardly_seen } = known;
-        Ok(Self { noise, disturbance_sigma, hardly_seen, ..Self::bare(problem, threads, work)? })
-    }
-
-    /// What this session has found out.
-    pub fn groundwork(&self) -> Groundwork {
-        Groundwork {
-            noise: self.noise.clone(),
-            disturbance_sigma: self.disturbance_sigma.clone(),
-            hardly_seen: self.hardly_seen.clone(),
-        }
-    }
-
-    /// Before anything of the recordings is looked at.
-    fn bare(problem: &'p Problem, threads: usize, work: std::sync::Arc<Work>) -> Result<Self, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
         let timelines = timelines(problem, &equipped, &system, 1)?;
@@ -149,6 +104,12 @@ impl<'p> EstimationSession<'p> {
             work,
         };
         session.added = std::sync::Arc::new(start::added(&session, &system, &session.prior()));
+        let runs = parallel(problem.runs.len(), threads, |run| start::hardly_seen(&session, run));
+        session.hardly_seen = std::sync::Arc::new(runs);
+        let unstated: Vec<usize> =
+            (0..session.noise.input_sigma.len()).filter(|k| session.noise.input_sigma[*k] <= 0.0).collect();
+        session.set_floors()?;
+        session.set_disturbance_priors(&unstated);
         Ok(session)
     }
 

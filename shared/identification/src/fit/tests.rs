@@ -154,19 +154,6 @@ fn a_slosh_frequency_that_slips_cycles_is_found_by_way_of_disturbances() {
     }
 }
 
-/// By way of beginnings or not, the maximum is the same.
-#[test]
-fn a_long_recording_is_fitted_by_way_of_its_beginnings_to_the_maximum_of_the_whole() {
-    let nominal = plant("drive_rig");
-    let problem = problem(&nominal, recording(&off_priors(&nominal, 8), 8, 12.0));
-    let session = EstimationSession::new(&problem, 1).unwrap();
-    assert!(session.samples > LONGER_MIN * FIRST_READINGS);
-    let [whole, staged] = [fit_by_continuation(&session, 6), fit_in_stages(&session, 6)].map(Result::unwrap);
-    assert!((whole.objective - staged.objective).abs() < 0.1, "{} {}", whole.objective, staged.objective);
-    let apart = whole.theta.iter().zip(&staged.theta).zip(&whole.sigma);
-    assert!(apart.into_iter().all(|((a, b), sigma)| (a - b).abs() < 0.1 * sigma));
-}
-
 /// A fit from far off ends at the limit of its work, half as much again and the sensitivities that
 /// any answer needs, and says so; with room it goes on.
 #[test]

@@ -11,7 +11,7 @@ impl Propagator<'_> {
     pub fn begin_as(&mut self, linear: &Linear, map: &[usize]) {
         if self.layout == linear.layout {
             // another division of a step is a jump that no derivative may see
-            self.resolution = linear.resolution.clone();
+            self.finer = linear.finer;
         }
         let mut change = vec![0.0; self.layout.tangent];
         linear.start.iter().zip(map).for_each(|(start, at)| change[*at] = *start);

@@ -99,8 +99,8 @@ impl Propagator<'_> {
             self.load(if self.timeline.moving { self.timeline.events[k].row } else { event.row }, w);
             let length_s = edge_s - t_s;
             if length_s != 0.0 {
-                // as finely as the flow where it is finest
-                let step_s = event.step_s / self.resolution.turning as f64;
+                // as finely as the flow
+                let step_s = event.step_s / self.finer as f64;
                 let steps = if step_s > 0.0 { libm::ceil(length_s.abs() / step_s).max(1.0) } else { 1.0 };
                 for step in 0..steps as usize {
                     self.integrate(t_s + length_s * step as f64 / steps, length_s / steps, x, None);
