@@ -32,10 +32,11 @@ const SPREAD_LEAST: usize = 100_000;
 /// First step of the differences [prior standard deviations].
 const STEP_PRIOR: f64 = 1e-3;
 /// Change of the innovations [standard deviations of the sensors, over all samples] that a step
-/// aims at, and beyond which it is taken again: curvature over the step would tell unknowns apart
-/// that the recording cannot.
-const CHANGE_SIGMA: f64 = 1.0;
-const CHANGE_SIGMA_MAX: f64 = 10.0;
+/// aims at, and beyond which it is taken again. Where the sensitivity turns by b per prior standard
+/// deviation, a change of c leaves an error of b c/2 in it: information b²c²/4 about unknowns that
+/// the recording cannot tell apart, beside one of their priors. Signs of dry friction have b of ten.
+const CHANGE_SIGMA: f64 = 0.03;
+const CHANGE_SIGMA_MAX: f64 = 0.1;
 /// A step that the plant does not survive is shortened by this.
 const STEP_SHORTENING: f64 = 1e-2;
 const TRIES_MAX: usize = 3;

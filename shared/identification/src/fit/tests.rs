@@ -25,6 +25,25 @@ fn estimates_are_within_the_sigmas_they_state() {
     assert!(within / count > 0.85, "{}", within / count);
 }
 
+/// Motion tells ratios of forces and inertias alone. Their common factor has the width that the
+/// priors leave it: a constant of 5 %, an inertia of 7 % and a friction of 50 %.
+#[test]
+fn what_no_motion_tells_stays_as_wide_as_its_priors_beside_a_sharp_sign_of_friction() {
+    let sharp = [("force", 0.1), ("smooth_rate", 1e-4)];
+    let truth = with_effect(&plant("drive_rig"), "joint_coulomb", "joint:drive", &sharp);
+    let mut nominal = truth.clone();
+    let free = |name: &str| if name == "force" { Some(2.0) } else { None };
+    nominal.effects[0].values.iter_mut().for_each(|(name, quantity)| quantity.sigma = free(name));
+    let problem = problem(&nominal, recording(&truth, 5, 10.0));
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let fitted = fit(&session, &nominal, &session.prior(), &session.noise, 4).unwrap();
+    let i = problem.unknowns.iter().position(|unknown| unknown.name == "motor.constant").unwrap();
+    let share = fitted.sigma[i] / fitted.theta[i];
+    let inertia = f64::hypot(0.02 * 0.047, 0.1 * 0.12) / (0.047 + 0.12);
+    let priors = [0.05, inertia, 0.5].iter().map(|sigma: &f64| sigma.powi(-2)).sum::<f64>().sqrt().recip();
+    assert!((0.98..1.02).contains(&(share / priors)), "{}", share / priors);
+}
+
 /// A sensitivity that is the swing of a start and not the number's makes its sigma too small by as
 /// much as it swings.
 #[test]
@@ -137,7 +156,7 @@ fn what_a_recording_tells_does_not_hang_on_how_wide_a_prior_is() {
 #[test]
 fn a_slosh_frequency_that_slips_cycles_is_found_by_way_of_disturbances() {
     let nominal = plant("tank_planar");
-    let (stiffness_n_m, mass_kg) = (0.1257, 34.4);
+    let (stiffness_n_m, mass_kg) = (0.12, 38.0);
     let mut truth = nominal.clone();
     truth.set_parameter("fuel.stiffness.y", stiffness_n_m).unwrap();
     truth.set_parameter("fuel.mass", mass_kg).unwrap();
