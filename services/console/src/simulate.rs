@@ -44,9 +44,13 @@ pub struct Arguments {
     /// Length [s]; the plant file's where none is given
     #[arg(long, value_name = "S", conflicts_with = "inputs")]
     duration: Option<f64>,
-    /// A recording: its commands drive the plant, as long as it lasts; the prediction has no noise
+    /// A recording: its commands drive the plant, as long as it lasts, from the state that it begins
+    /// in; the prediction has no noise
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
+    /// Where a prediction begins
+    #[arg(long, value_enum, default_value_t = inputs::Start::Recording, requires = "inputs")]
+    start: inputs::Start,
     /// Where to write: .csv, .csv.gz or .mcap
     #[arg(long, value_name = "FILE", required_unless_present = "list")]
     out: Option<PathBuf>,
@@ -72,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut duration_s = duration(arguments.duration, &plant)?;
     if let Some(file) = &arguments.inputs {
         may_be_written(file, out)?;
-        (plant, duration_s) = inputs::driven(&plant, file, &arguments.intake)?;
+        (plant, duration_s) = inputs::driven(&plant, (file, arguments.start), &arguments.intake)?;
     }
     let bar = Share::new("simulated");
     let recording = simulation::record(&plant, arguments.seed, duration_s, &mut |share| bar.show(share));

@@ -19,9 +19,11 @@ use crate::filter::{Linear, NoiseModel, gains, whiten};
 use crate::fit::EstimationSession;
 use dynamics::description::Plant;
 
+mod begun;
 mod free_run;
 mod gain;
 
+pub use begun::begun;
 pub use free_run::{ChannelFit, free_residual, free_run};
 pub use gain::{Gain, Status, blocks};
 

@@ -28,7 +28,7 @@ pub use smooth::SmoothMotion;
 pub use standstill::{period_s, sample_sigma, standstill};
 pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
-pub(crate) use unknown::unknowns;
+pub(crate) use unknown::{is_start, unknowns};
 
 use channels::Recording;
 use dynamics::description::{Initial, Plant};

@@ -3,7 +3,7 @@
 use crate::intake::IntakeArguments;
 use crate::{Failure, recordings};
 use dynamics::description::Plant;
-use identification::problem;
+use identification::{held_out, problem};
 use std::path::Path;
 
 /// What is said of a recording needs one.
@@ -20,11 +20,20 @@ pub fn are_given(inputs: Option<&Path>, intake: &IntakeArguments) -> Result<(), 
     )))
 }
 
+/// Where a prediction begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Start {
+    /// In the state that its first stretch shows, with its own numbers (biases) as the whole of it has them
+    Recording,
+    /// As the plant file states
+    Plant,
+}
+
 /// The plant with the recorded commands, and the end of the recording \[s\].
 ///
 /// # Errors
 /// [`Failure::Input`] for a recording that cannot be read, or whose commands are not the plant's.
-pub fn driven(plant: &Plant, file: &Path, intake: &IntakeArguments) -> Result<(Plant, f64), Failure> {
+pub fn driven(plant: &Plant, (file, start): (&Path, Start), intake: &IntakeArguments) -> Result<(Plant, f64), Failure> {
     let intake = intake.intake(Some(plant))?;
     let mut parts = recordings::read_evidence(file, &intake, plant).and_then(|evidence| match evidence {
         recordings::Evidence::Time(parts) => Ok(parts),
@@ -38,6 +47,16 @@ pub fn driven(plant: &Plant, file: &Path, intake: &IntakeArguments) -> Result<(P
     }
     let loaded = parts.remove(0);
     loaded.notes.iter().for_each(|note| crate::tell(&format!("note: {note}")));
+    let begun = match start {
+        Start::Recording => held_out::begun(plant, &loaded.recording, 1),
+        Start::Plant => None,
+    };
+    if begun.is_none() && start == Start::Recording {
+        crate::tell(
+            "note: begins in the state of the plant file: the recording has no reading of it, or the plant has segments",
+        );
+    }
+    let plant = begun.as_ref().unwrap_or(plant);
     let driven = problem::driven(plant, &loaded.recording)
         .map_err(|error| refused(file, &error.to_string(), &error.cure("the plant file")))?;
     for name in &driven.own_command {

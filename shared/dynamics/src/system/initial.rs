@@ -2,10 +2,10 @@
 
 use super::System;
 use super::error::SystemError;
-use super::geometry::{quaternion_of_vector, turn_back};
-use super::sites::{Coordinate, InitialPlace};
+use super::geometry::{quaternion_of_vector, rotation_vector_of_quaternion, turn, turn_back};
+use super::sites::{Coordinate, InitialPlace, NamedCoordinate};
 use super::workspace::Workspace;
-use crate::description::{Initial, Space};
+use crate::description::{Initial, InitialValue, Quantity, Space};
 use crate::multibody::{float_at_momentum, momentum};
 
 impl System {
@@ -42,6 +42,48 @@ impl System {
         let mut x = vec![0.0; self.states().len()];
         self.layout.gather(&ws.position, &ws.velocity, &mut x);
         Ok(x)
+    }
+
+    /// The values from which [`System::initial_state`] makes the state `x`, hidden states left out.
+    pub fn initial_values(&self, x: &[f64]) -> Vec<InitialValue> {
+        let mut ws = Workspace::<f64>::new(self);
+        let u = vec![0.0; self.inputs().len()];
+        self.layout.scatter(x, &u, &mut ws.position, &mut ws.velocity);
+        crate::multibody::kinematics(&self.model, &mut ws.data, &ws.position[..self.layout.q_len], &ws.velocity);
+        let of = |place: &NamedCoordinate| {
+            let (position, rate) = match place.what {
+                InitialPlace::Single(coordinate) if self.layout.prescribed_flags[coordinate.v] => return None,
+                InitialPlace::Single(Coordinate { position, v }) => {
+                    (position.map_or(0.0, |q| ws.position[q]), ws.velocity[v])
+                }
+                InitialPlace::Wheel { v, .. } => (0.0, ws.velocity[v]),
+                InitialPlace::Free { link, axis } => self.of_free_body(&ws, link, axis),
+            };
+            let (position, rate) = (Quantity::known(position), Quantity::known(rate));
+            Some(InitialValue { coordinate: place.name.clone(), position, rate })
+        };
+        self.coordinates.iter().filter_map(of).collect()
+    }
+
+    /// Position and rate of a free body along or about an axis, as an [`InitialValue`] states them.
+    fn of_free_body(&self, ws: &Workspace<f64>, link: usize, axis: usize) -> (f64, f64) {
+        let (q, v) = (self.model.q_index(link), self.model.v_index(link));
+        let rotation = ws.data.link_pose(link).1;
+        let planar = self.space == Space::Planar;
+        let position = match axis {
+            0..3 => ws.position[q + axis],
+            _ if planar => ws.position[q + 2],
+            _ => {
+                let at = &ws.position[q + 3..q + 7];
+                rotation_vector_of_quaternion([at[0], at[1], at[2], at[3]])[axis - 3]
+            }
+        };
+        let rate = match axis {
+            0..3 if planar => turn(&rotation, [ws.velocity[v + 1], ws.velocity[v + 2], 0.0])[axis],
+            0..3 => turn(&rotation, [ws.velocity[v + 3], ws.velocity[v + 4], ws.velocity[v + 5]])[axis],
+            _ => ws.velocity[v + self.free_rate(axis)],
+        };
+        (position, rate)
     }
 
     fn take_references(

@@ -1,7 +1,7 @@
 //! Prior standard deviations of the initial state.
 
 use super::tangent_names;
-use dynamics::description::{Initial, Plant, TankModel};
+use dynamics::description::{ActuatorKind, Initial, Plant, TankModel};
 
 /// Prior standard deviation of every number of a small change of the initial state: stated, else as
 /// `hardly_seen` has it, else wide by its unit.
@@ -23,7 +23,18 @@ pub fn initial_sigmas(
         let hardly = hardly_seen.iter().find(|(own, _)| own == name);
         hardly.map_or_else(|| wide(plant, name, unit), |(_, sigma)| *sigma)
     };
-    names.iter().map(|(name, unit)| stated(name).unwrap_or_else(|| unstated(name, unit))).collect()
+    names
+        .iter()
+        .map(|(name, unit)| stated(name).or_else(|| wheel_sigma(plant, name)).unwrap_or_else(|| unstated(name, unit)))
+        .collect()
+}
+
+/// That of a wheel's initial speed, where it is stated.
+fn wheel_sigma(plant: &Plant, name: &str) -> Option<f64> {
+    match &plant.actuator(name.strip_prefix("wheel:")?)?.kind {
+        ActuatorKind::Wheel { initial_speed_rad_s, .. } => initial_speed_rad_s.sigma,
+        _ => None,
+    }
 }
 
 /// Largest free motion of a slosh mass [m] or a mode [√kg m] whose prior is unspecified.
@@ -60,4 +71,29 @@ fn natural_rate_rad_s(plant: &Plant, state: &str) -> Option<f64> {
         }
     };
     of_mode.map(|mode| core::f64::consts::TAU * mode.frequency_hz.value).or_else(tank).filter(|rate| rate.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::Problem;
+    use crate::synthetic::{plant, recording};
+
+    #[test]
+    fn the_initial_speed_of_a_wheel_is_a_state_of_its_stated_width_and_no_unknown() {
+        let mut plant = plant("study_case");
+        let mut wheel = String::new();
+        for actuator in &mut plant.actuators {
+            if let ActuatorKind::Wheel { initial_speed_rad_s, .. } = &mut actuator.kind {
+                initial_speed_rad_s.sigma = Some(12.0);
+                wheel.clone_from(&actuator.name);
+            }
+        }
+        let system = dynamics::system::System::new(&plant).unwrap();
+        let sigmas = initial_sigmas(&plant, &system, &plant.initial, &[]);
+        let at = tangent_names(&system).iter().position(|(name, _)| *name == format!("wheel:{wheel}")).unwrap();
+        assert_eq!(sigmas[at], 12.0);
+        let problem = Problem::new(&plant, &[recording(&plant, 1, 2.0)], &[]).unwrap();
+        assert!(problem.unknowns.iter().all(|unknown| unknown.name != format!("{wheel}.initial_speed")));
+    }
 }

@@ -5,6 +5,7 @@ use crate::dot::dot;
 use crate::filter::{Frozen, NoiseModel, Propagator, initial_sigmas};
 use crate::fit::EstimationSession;
 use crate::problem::Timeline;
+use dynamics::system::System;
 use estimation::levenberg_marquardt::{Quadratic, Settings, minimise};
 use nalgebra::{DMatrix, DVector, Dyn};
 use serde::Serialize;
@@ -61,17 +62,34 @@ pub fn free_residual(
     run: usize,
 ) -> Option<(Vec<f64>, usize)> {
     let timeline = &session.timelines[run];
+    let (_, x0) = initial_state(session, predictor, run)?;
     let instance = session.problem.instance(predictor.plant, predictor.theta, run);
-    let events = timeline.events.len();
-    let first = ((events as f64 * FIRST_SHARE) as usize).clamp(events.min(8), FIRST_EVENTS_MAX.max(8)).min(events);
-    let stretch = head(timeline, first);
-    let mut propagator = Propagator::new(session.problem, run, &instance, &stretch).ok()?;
-    let sigmas = initial_sigmas(&instance, &propagator.system, &session.problem.runs[run].initial, &[]);
-    let x0 = initial(&mut propagator, &sigmas, predictor.noise)?;
     let mut propagator = Propagator::new(session.problem, run, &instance, timeline).ok()?;
     propagator.x0 = x0;
     let mut nu = vec![0.0; timeline.value.len()];
-    propagator.pass(&Frozen::of_free_run(timeline.events.len()), &[], &mut nu).then_some((nu, first))
+    propagator.pass(&Frozen::of_free_run(timeline.events.len()), &[], &mut nu).then_some((nu, first_stretch(timeline)))
+}
+
+/// Events of the stretch that gives the initial state.
+fn first_stretch(timeline: &Timeline) -> usize {
+    let events = timeline.events.len();
+    ((events as f64 * FIRST_SHARE) as usize).clamp(events.min(8), FIRST_EVENTS_MAX.max(8)).min(events)
+}
+
+/// The state that a run begins in, as the free run of its first stretch has it, and the system whose
+/// state it is.
+pub(super) fn initial_state(
+    session: &EstimationSession<'_>,
+    predictor: Predictor<'_>,
+    run: usize,
+) -> Option<(System, Vec<f64>)> {
+    let timeline = &session.timelines[run];
+    let instance = session.problem.instance(predictor.plant, predictor.theta, run);
+    let stretch = head(timeline, first_stretch(timeline));
+    let mut propagator = Propagator::new(session.problem, run, &instance, &stretch).ok()?;
+    let sigmas = initial_sigmas(&instance, &propagator.system, &session.problem.runs[run].initial, &[]);
+    let x0 = initial(&mut propagator, &sigmas, predictor.noise)?;
+    Some((propagator.system, x0))
 }
 
 fn head(timeline: &Timeline, events: usize) -> Timeline {

@@ -49,6 +49,11 @@ const NOT_NEGATIVE: [&str; 19] = [
     "period",
 ];
 
+/// A number of the state that a record or a segment begins in.
+pub(crate) fn is_start(name: &str) -> bool {
+    name.starts_with("initial") || name.starts_with("segment.") || name.ends_with(".initial_speed")
+}
+
 /// Unknowns in file order, each scope expanded. Initial values, noise levels, ranges and
 /// resolutions are left to the filter.
 pub(crate) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Unknown> {
@@ -58,7 +63,7 @@ pub(crate) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Un
     for parameter in plant.parameters() {
         let Some(sigma) = parameter.sigma else { continue };
         let last = parameter.name.rsplit('.').next().unwrap_or("");
-        let skip = parameter.name.starts_with("initial") || parameter.name.starts_with("segment.");
+        let skip = is_start(&parameter.name);
         // when a sensor looks is no unknown, when a command comes again may be
         let is_clock = last == "period" && !parameter.name.contains(".command.");
         if skip || is_clock || ["noise", "range", "resolution"].contains(&last) {

@@ -85,3 +85,27 @@ fn names_that_do_not_exist_and_bodies_that_move_no_mass_are_refused() {
     plant.bodies[1].joint.kind = JointKind::Revolute { axis: [1.0, 0.0, 0.0] };
     assert!(text(&plant).contains("link1"), "{}", text(&plant));
 }
+
+#[test]
+fn the_values_of_a_state_make_that_state_again() {
+    for plant in [arm(Space::Planar), arm(Space::Spatial), everything(false), everything(true)] {
+        let system = System::new(&plant).unwrap();
+        let free = plant.bodies.iter().filter(|body| body.joint.kind == JointKind::Free);
+        let turns = free.flat_map(|body| ["rx", "ry", "rz"].map(|axis| format!("body:{}.{axis}", body.name)));
+        let turned: Vec<InitialValue> = turns
+            .filter(|name| plant.space == Space::Spatial || name.ends_with("rz"))
+            .map(|name| value(&name, 0.3, -0.2))
+            .collect();
+        let initial = Initial { values: turned, ..Initial::default() };
+        let references = |name: &str| Some((name.len() as f64 * 0.1, 0.3));
+        let x = system.initial_state(&initial, &references).unwrap();
+        let moved: Vec<f64> =
+            x.iter().enumerate().map(|(k, x)| x + if *x == 0.0 { 0.01 * k as f64 } else { 0.0 }).collect();
+        let values = system.initial_values(&moved);
+        let again = system.initial_state(&Initial { values, ..Initial::default() }, &|_| None).unwrap();
+        let layout = system.layout.positions() + system.layout.velocities();
+        for (k, (a, b)) in again.iter().zip(&moved).enumerate().take(layout) {
+            assert!((a - b).abs() < 1e-12, "{}: {a} {b}", system.states()[k].name);
+        }
+    }
+}
