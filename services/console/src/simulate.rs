@@ -44,8 +44,8 @@ pub struct Arguments {
     /// Length [s]; the plant file's where none is given
     #[arg(long, value_name = "S", conflicts_with = "inputs")]
     duration: Option<f64>,
-    /// A recording: its commands drive the plant, as long as it lasts, from the state that it begins
-    /// in; the prediction has no noise
+    /// A recording: its commands drive the plant, as long as it lasts, from the state it begins in;
+    /// the prediction has no noise
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
     /// Where a prediction begins

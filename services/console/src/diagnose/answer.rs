@@ -5,7 +5,7 @@ mod proof;
 mod step;
 
 use super::Diagnosed;
-use super::names::{in_titles, named, site_in_words, title, titled, unit};
+use super::names::{in_titles, named, site_in_words, titled, unit};
 use super::paragraph::parameter_unit;
 use discovery::diagnose::{Diagnosis, EffectReport, Nominal, ParameterReport, Verdict};
 use identification::held_out::Status;
@@ -158,11 +158,6 @@ pub fn confirmed_by(diagnosed: &Diagnosed, status: Status) -> String {
         (Status::Rejected, _) => "rejected".into(),
         (Status::NotConverged, _) => "model not converged".into(),
     }
-}
-
-/// Title of a kind that a detection limit names.
-fn limited(kind: &str, site: &str) -> String {
-    super::names::within(&titled(&title(kind), site))
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub fn are_given(inputs: Option<&Path>, intake: &IntakeArguments) -> Result<(), 
 /// Where a prediction begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Start {
-    /// In the state that its first stretch shows, with its own numbers (biases) as the whole of it has them
+    /// In the state that its first stretch shows, with its own parameters (biases)
     Recording,
     /// As the plant file states
     Plant,

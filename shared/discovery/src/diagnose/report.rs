@@ -154,11 +154,14 @@ pub struct LabelReport {
     pub corrected: bool,
 }
 
-/// A hypothesis that has no probability, and why.
+/// A hypothesis that has no probability, and why; of several together the kind is `set`, the site
+/// is empty, and the members say which.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OpenHypothesis {
     pub kind: String,
     pub site: String,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub members: Vec<String>,
     pub why: String,
 }
 

@@ -14,13 +14,15 @@ use super::horizon::Compared;
 use super::hypothesis::{Hypothesis, name_of};
 use super::law::{Kind, Law};
 use super::model::{Ground, Model};
-use super::pool::{Entry, Pool};
+use super::pool::{Entry, Open, Pool};
 use super::timing::shift_of;
 use crate::diagnose::{
     Compare, Diagnosis, FittedModel, HeldOutEvidence, InputTiming, Next, OpenHypothesis, Options, Tried, Verdict,
     held_out,
 };
+use crate::score::Candidate;
 use dynamics::description::Plant;
+use dynamics::effect::{Effect, Role};
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
 use identification::held_out::{Gain, Status};
 
@@ -56,6 +58,21 @@ impl Names {
         }
         members
     }
+
+    /// Places of the simpler laws that a model's laws contain as limits of their shape: one that
+    /// begins at its own time says something else than one that is always there.
+    fn contained(&mut self, model: &Model) -> Vec<usize> {
+        let is_time = |effect: &Effect, name: &str| {
+            effect.parameter(name).is_some_and(|own| matches!(own.role, Role::Onset | Role::Duration))
+        };
+        let of = |own: &Candidate| {
+            let of_shape =
+                own.effect.limits.iter().filter(|limit| !limit.at.iter().any(|(name, _)| is_time(own.effect, name)));
+            of_shape.map(|limit| format!("{}@{}", limit.kind, own.site)).collect::<Vec<_>>()
+        };
+        let parts = model.set.iter().flat_map(Hypothesis::parts);
+        parts.flat_map(|part| of(&part.column.candidate)).map(|name| self.place(name)).collect()
+    }
 }
 
 /// Kind and site of what is no effect.
@@ -82,7 +99,8 @@ pub(super) fn answered(
     let models: Vec<Weighted> = (pool.entries.iter().zip(&weights).zip(classes))
         .map(|((entry, weight), class)| {
             let rank = rank(&entry.model);
-            Weighted { members: names.members(&entry.model), weight: *weight, rank, class }
+            let (members, contains) = (names.members(&entry.model), names.contained(&entry.model));
+            Weighted { members, contains, weight: *weight, rank, class }
         })
         .collect();
     let best = &pool.entries[pool.best()].model;
@@ -115,6 +133,19 @@ pub(super) fn answered(
 fn rank(model: &Model) -> usize {
     let laws = model.set.iter().flat_map(Hypothesis::parts).map(|part| part.column.candidate.effect.kind);
     laws.map(|kind| model.problem.plant.catalogue.place(kind)).sum()
+}
+
+/// A set without a weight, as the answer lists it.
+fn opened(open: &Open) -> OpenHypothesis {
+    let why = open.why.to_owned();
+    let members: Vec<String> = open.what.split(", ").flat_map(|own| own.split(" + ")).map(str::to_owned).collect();
+    match &members[..] {
+        [own] => {
+            let (kind, site) = own.split_once('@').unwrap_or((own, ""));
+            OpenHypothesis { kind: kind.to_owned(), site: site.to_owned(), members: Vec::new(), why }
+        }
+        _ => OpenHypothesis { kind: "set".to_owned(), site: String::new(), members, why },
+    }
 }
 
 struct Shown<'a> {
@@ -272,15 +303,7 @@ impl Shown<'_> {
         let ratios = bare.problem.unknowns.iter().zip(&bare.fit.ratio);
         let unseen = ratios.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO);
         diagnosis.not_found = unseen.map(|(unknown, _)| unknown.name.clone()).collect();
-        diagnosis.open = self
-            .pool
-            .open
-            .iter()
-            .map(|open| {
-                let (kind, site) = open.what.split_once('@').unwrap_or((&open.what, ""));
-                OpenHypothesis { kind: kind.to_owned(), site: site.to_owned(), why: open.why.to_owned() }
-            })
-            .collect();
+        diagnosis.open = self.pool.open.iter().map(opened).collect();
         diagnosis.tried = self
             .pool
             .looked

@@ -2,7 +2,9 @@
 //! posterior.
 //!
 //! A model is a set of hypotheses; its weight is that of its evidence among all models that were
-//! fitted. A hypothesis has the weight of all models that hold it.
+//! fitted. A hypothesis has the weight of all models that hold it. A law that leads has that of
+//! larger laws at its site, too, which contain it as a limit: the simplest law that holds carries
+//! the name, and what a larger one adds is bounded beside it.
 
 use super::super::diagnose::Verdict;
 
@@ -84,6 +86,8 @@ const ALL: [Class; 5] = [Class::Physics, Class::Sensor, Class::Noise, Class::Con
 /// its posterior weight.
 pub(super) struct Weighted {
     pub members: Vec<(Class, usize)>,
+    /// Names of simpler laws that its members contain as limits.
+    pub contains: Vec<usize>,
     pub weight: f64,
     /// Place in the catalogue: of models of equal weight the first leads.
     pub rank: usize,
@@ -115,7 +119,7 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let of = |name: usize| {
         models.iter().filter(|model| model.members.iter().any(|(_, own)| *own == name)).map(|model| model.weight).sum()
     };
-    let inclusion: Vec<f64> = (0..names).map(of).collect();
+    let mut inclusion: Vec<f64> = (0..names).map(of).collect();
     let found = weight(&FINDINGS);
     let is_found = found >= LEVEL;
     let other = match () {
@@ -143,6 +147,11 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let equal = own.filter(|(_, model)| model.weight >= EQUAL * most);
     let leader = equal.min_by_key(|(place, model)| (model.rank, *place)).map_or(0, |(place, _)| *place);
     let members = models.get(leader).map_or(&[][..], |model| &model.members);
+    for (_, name) in members {
+        let holds =
+            |model: &&Weighted| model.members.iter().any(|(_, own)| own == name) || model.contains.contains(name);
+        inclusion[*name] = models.iter().filter(holds).map(|model| model.weight).sum();
+    }
     let leads = |classes: &[Class]| members.iter().any(|(class, _)| classes.contains(class));
     let verdict = if is_found {
         found_verdict(members, &inclusion)
@@ -184,7 +193,19 @@ mod tests {
     use super::*;
 
     fn model(members: &[(Class, usize)], weight: f64) -> Weighted {
-        Weighted { members: members.to_vec(), weight, rank: 0, class: 0 }
+        Weighted { members: members.to_vec(), contains: Vec::new(), weight, rank: 0, class: 0 }
+    }
+
+    #[test]
+    fn a_law_that_leads_a_larger_one_which_contains_it_carries_the_name_and_a_larger_one_that_leads_does_not() {
+        let of = |simple: f64| {
+            let larger = Weighted { contains: vec![0], ..model(&[(Class::Physics, 1)], 1.0 - simple) };
+            decide(&[model(&[(Class::Physics, 0)], simple), larger], 2, false)
+        };
+        let (simple, larger) = (of(0.6), of(0.4));
+        assert!(simple.verdict == Verdict::Named && (simple.inclusion[0] - 1.0).abs() < 1e-12);
+        assert!(larger.verdict == Verdict::NotSeparable && larger.leader == 1);
+        assert_eq!(larger.inclusion, [0.4, 0.6]);
     }
 
     #[test]

@@ -225,9 +225,9 @@ impl Sums<'_> {
             .collect()
     }
 
-    /// Distances of the plant without hypotheses, in standard deviations of the noise.
-    fn whitened(&self, site: usize) -> Vec<f64> {
-        let both = self.before.residual.iter().zip(&self.after.variance);
+    /// Distances of one of the models, in standard deviations of the noise.
+    fn whitened(&self, model: &Length, site: usize) -> Vec<f64> {
+        let both = model.residual.iter().zip(&self.after.variance);
         let own = self.own.samples.iter().zip(both).filter(|(sample, (_, v))| sample.site == site && v.is_finite());
         own.map(|(_, (e, v))| e / v.sqrt()).filter(|r| !r.is_nan()).collect()
     }
@@ -242,7 +242,9 @@ impl Sums<'_> {
         let (before, after, noise) = (mean(&|b, _, _| b), mean(&|_, a, _| a), mean(&|_, _, v| v));
         let change = blocks(&self.series(Some(site), &|b, a, _| b - a), self.block_s);
         let driven = 1.0 - (self.own.white[site] / noise).min(1.0);
-        let is_felt = before > noise && exceeds_noise(&self.whitened(site), driven, by_chance);
+        let exceeds = |model: &Length, chance: f64| exceeds_noise(&self.whitened(model, site), driven, chance);
+        let is_felt = before > noise && exceeds(self.before, by_chance);
+        let loses = change.interval(level)[1] < 0.0 && after > (1.0 + RELEVANT_SHARE) * before;
         Site {
             name: self.own.sites[site].clone(),
             before: before.sqrt(),
@@ -250,7 +252,8 @@ impl Sums<'_> {
             noise: noise.sqrt(),
             of_signal: (before - noise).max(0.0).sqrt() / self.own.spread[site].max(f64::MIN_POSITIVE),
             share: is_felt.then(|| 1.0 - (after - noise).max(0.0) / (before - noise)),
-            is_worse: change.interval(level)[1] < 0.0 && after > (1.0 + RELEVANT_SHARE) * before,
+            // a model as near as its noise lets it be is not worse
+            is_worse: loses && after > noise && exceeds(self.after, 0.5 * level),
         }
     }
 }
@@ -293,7 +296,8 @@ impl Compared {
     }
 
     pub(super) fn is_worse(&self) -> bool {
-        self.whole.interval(2.0 * WORSE)[1] < 0.0 && -self.whole.loglik_gain > RELEVANT_SHARE * self.before
+        let is_far = self.sites.iter().any(|site| site.after > site.noise);
+        is_far && self.whole.interval(2.0 * WORSE)[1] < 0.0 && -self.whole.loglik_gain > RELEVANT_SHARE * self.before
     }
 
     /// The largest share of a channel; `None` where noise explains all misfit of all.

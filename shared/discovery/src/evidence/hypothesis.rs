@@ -37,8 +37,10 @@ pub(super) struct Part {
     pub column: Column,
     /// Along each direction, to start from.
     pub amplitude: Vec<f64>,
-    /// Standard deviation of the amplitude's prior in a fit.
+    /// Standard deviation of the amplitude's prior in a fit, and how many times as wide the prior
+    /// is.
     pub scale: f64,
+    pub clipped: f64,
     /// Logarithm of the number of points that shape parameters were picked from, and of
     /// the amplitude's prior width over `scale`.
     pub log_points: f64,
@@ -103,8 +105,9 @@ impl Hypothesis {
     pub(super) fn key(&self, plant: &Plant) -> String {
         match self {
             Self::Effect(parts) => {
-                let names = parts.iter().map(|part| name_of(&part.column.candidate));
-                names.collect::<Vec<_>>().join(" + ")
+                let mut names: Vec<String> = parts.iter().map(|part| name_of(&part.column.candidate)).collect();
+                names.sort();
+                names.join(" + ")
             }
             Self::Coloured(channel) => format!("coloured noise of {}", plant.sensors[*channel].name),
             Self::Disturbance(_, name) => format!("disturbance of {name}"),
@@ -183,10 +186,22 @@ pub(super) fn part(
     }
     // a fit's steps are shares of its prior: no wider than the plausible range, the rest a factor
     let width = scale.min(candidate.high.abs());
-    log_points += candidate.directions.len().max(1) as f64 * libm::log(scale / width);
-    let scale = width;
+    let clipped = scale / width;
+    log_points += candidate.directions.len().max(1) as f64 * libm::log(clipped);
     let column = Column { raw: Vec::new(), ..column.clone() };
-    Part { column, amplitude, scale, log_points, inner, kappa: 0.0 }
+    Part { column, amplitude, scale: width, clipped, log_points, inner, kappa: 0.0 }
+}
+
+impl Part {
+    /// The same with a share of the width of its amplitude's prior.
+    pub(super) fn narrowed(mut self, share: f64) -> Self {
+        let directions = self.column.candidate.directions.len().max(1) as f64;
+        let clipped = (self.clipped * share).max(1.0);
+        self.log_points += directions * libm::log(clipped / self.clipped);
+        self.scale *= self.clipped * share / clipped;
+        self.clipped = clipped;
+        self
+    }
 }
 
 /// Prior of a number that is searched; `None`: that of its catalogue entry.

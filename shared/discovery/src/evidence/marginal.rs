@@ -76,6 +76,22 @@ pub(super) fn part_of(whole: &Normal, kept: &[usize]) -> Normal {
     }
 }
 
+/// The same with the prior widths of the further columns as these shares of what they are.
+pub(super) fn narrowed(whole: &Normal, shares: &[f64]) -> Normal {
+    let (first, count) = (whole.unknowns, whole.matrix.nrows());
+    let share = |i: usize| if i < first { 1.0 } else { shares[i - first] };
+    let prior = |i: usize, j: usize| if i == j && i >= first { 1.0 } else { 0.0 };
+    let entry = |i, j| share(i) * share(j) * (whole.matrix[(i, j)] - prior(i, j)) + prior(i, j);
+    Normal {
+        unknowns: first,
+        matrix: DMatrix::from_fn(count, count, entry),
+        right: DVector::from_fn(count, |i, _| share(i) * whole.right[i]),
+        chi2: whole.chi2,
+        objective: whole.objective,
+        room: whole.room.iter().enumerate().map(|(i, room)| room.map(|end| end / share(i))).collect(),
+    }
+}
+
 /// A number at the end of its range: the step to there, and which end it is.
 #[derive(Clone, Copy)]
 struct Held {

@@ -4,7 +4,7 @@
 //! A conflict has a closed form, as the pole of a channel has from the slope along it.
 
 use super::decide::{CONFLICT_FACTOR, POLE_PRIOR, SHIFT_SIGMA};
-use super::hypothesis::{Hypothesis, name_of};
+use super::hypothesis::{Hypothesis, Part, name_of};
 use super::linear_evidence::linear_evidence;
 use super::noise::Linearly;
 use super::propose::{Look, Proposal, columns_of};
@@ -54,9 +54,9 @@ impl Look<'_> {
         let mut best: Vec<&Proposal> = list.iter().filter(|own| !own.instead).collect();
         best.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
         let of = |own: &&Proposal| {
-            let parts = own.set.iter().flat_map(Hypothesis::parts).map(|part| self.rated(&part.column.candidate));
-            let parts = parts.collect::<Option<Vec<&Rated>>>()?;
-            let found = self.shifted_with(&own.set, &parts, (&own.noise, shift, bare))?;
+            let of = |part: &Part| Some(Rated { part: part.clone(), ..self.rated(&part.column.candidate)?.clone() });
+            let parts = own.set.iter().flat_map(Hypothesis::parts).map(of).collect::<Option<Vec<Rated>>>()?;
+            let found = self.shifted_with(&own.set, &parts.iter().collect::<Vec<_>>(), (&own.noise, shift, bare))?;
             (found.log_bayes > own.log_bayes + log_m).then_some(found)
         };
         let all = best.iter().take(TIMED_MAX).filter_map(of);

@@ -8,7 +8,7 @@ use super::disturbed::Disturbed;
 use super::exact_columns;
 use super::hypothesis::{Hypothesis, Part};
 use super::linear_evidence::{bounds_of, linear_evidence};
-use super::marginal::{log_marginal, part_of};
+use super::marginal::{log_marginal, narrowed, part_of};
 use super::model::{Ground, Model, key};
 use super::noise::{Linearly, NoisePrior};
 use super::pool::{BEAM, without_noise};
@@ -18,7 +18,7 @@ use super::timing::shift_of;
 use crate::score::Candidate;
 use dynamics::description::SiteKind;
 use identification::filter::NoiseModel;
-use identification::fit::EstimationSession;
+use identification::fit::{EstimationSession, Normal};
 
 /// Laws that are evaluated on the linear problem, and fits of singles, pairs, groups and others.
 /// Budgets.
@@ -31,6 +31,9 @@ const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
 const INSTEAD_MAX: usize = 6;
 const INSTEAD_FITTED_MAX: usize = 3;
+/// Shares of a law's width of prior that its amplitudes at like sites may have in common: half a
+/// decade apart, at most a third of a nat for each amplitude between them, down to a hundredth.
+const GROUP_SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
 /// over the linear problem with free noise.
 pub(super) const WORTH: f64 = 1.0;
@@ -70,9 +73,12 @@ pub(super) fn proposals(
     let is_fitted = |own: &&Linear| own.proposal.log_bayes > worth;
     let fitted: Vec<usize> = singles.iter().filter(is_fitted).take(SINGLES_MAX).map(|own| own.place).collect();
     let relatives = look.relatives(&fitted, bare);
-    let mut list = look.groups(&singles, bare, best);
+    let paired: Vec<&Rated> = screened.rated.iter().take(PAIRED_MAX).collect();
+    let groups = look.alike(&paired);
+    let mut list = look.groups(&groups, bare, best);
+    let most = list.first().map_or(best, |own| own.log_bayes.max(best));
     list.extend(look.instead(bare, log_m));
-    list.extend(look.pairs(bare, best + log_m));
+    list.extend(look.pairs((&paired, &groups), bare, most + log_m));
     let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
     list.extend(worthy.by_ref().take(SINGLES_MAX));
     let is_open = shift_of(&model.set).is_none();
@@ -127,20 +133,24 @@ impl Look<'_> {
         Some((found.value - points, found.noise, amplitudes))
     }
 
-    /// The set of these laws on the linear problem.
-    pub(super) fn set(&self, parts: &[&Rated], bare: f64, is_group: bool) -> Option<Proposal> {
+    /// One law on the linear problem.
+    pub(super) fn alone(&self, law: &Rated, bare: f64) -> Option<Proposal> {
+        self.set(&[vec![law]], bare)
+    }
+
+    /// The set of these hypotheses on the linear problem: each a law, or one at several sites.
+    fn set(&self, members: &[Vec<&Rated>], bare: f64) -> Option<Proposal> {
+        let parts = members.concat();
         let stated = parts.iter().any(|own| own.is_stated);
         let start = &self.screened.noises[usize::from(stated)];
         let prior = self.model.prior(self.ground.session);
-        let (value, noise, amplitudes) = self.linearly(parts, (start, &prior))?;
+        let (value, noise, amplitudes) = self.linearly(&parts, (start, &prior))?;
         let possible = parts.iter().zip(&amplitudes).all(|(own, a)| own.column.candidate.is_possible(a));
-        let part = |(own, amplitude): (&&Rated, Vec<f64>)| Part { amplitude, ..own.part.clone() };
-        let parts: Vec<Part> = parts.iter().zip(amplitudes).map(part).collect();
-        let set = if is_group {
-            vec![Hypothesis::Effect(parts)]
-        } else {
-            parts.into_iter().map(|part| Hypothesis::Effect(vec![part])).collect()
-        };
+        let mut amplitudes = amplitudes.into_iter();
+        let part = |own: &&Rated| Some(Part { amplitude: amplitudes.next()?, ..own.part.clone() });
+        let mut parts = parts.iter().filter_map(part);
+        let of = |member: &Vec<&Rated>| Hypothesis::Effect(parts.by_ref().take(member.len()).collect());
+        let set = members.iter().map(of).collect();
         possible.then_some(Proposal { set, instead: false, log_bayes: value - bare, noise })
     }
 
@@ -168,35 +178,71 @@ impl Look<'_> {
     }
 
     fn single(&self, place: usize, rated: &Rated, bare: f64) -> Option<Linear> {
-        Some(Linear { place, proposal: self.set(&[rated], bare, false)? })
+        Some(Linear { place, proposal: self.alone(rated, bare)? })
     }
 
-    /// One law at every like site (all joints, all wheels, all thrusters), of those that are
-    /// promising at one of them.
-    fn groups(&self, singles: &[Linear], bare: f64, best: f64) -> Vec<Proposal> {
+    /// One law at every like site (all joints, all wheels, all thrusters), of those that are felt
+    /// at several of them, best first.
+    fn groups(&self, groups: &[Vec<Rated>], bare: f64, best: f64) -> Vec<Proposal> {
+        let is_felt = |group: &&Vec<Rated>| group.iter().filter(|own| own.log_bayes > 0.0).count() > 1;
+        let all = groups.iter().filter(is_felt).filter_map(|group| self.set(&[group.iter().collect()], bare));
+        let mut list: Vec<Proposal> = all.filter(|own| own.log_bayes > best.max(WORTH)).collect();
+        list.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        list.truncate(GROUPS_MAX);
+        list
+    }
+
+    /// Each law of `few` at all like sites, where these are several.
+    fn alike(&self, few: &[&Rated]) -> Vec<Vec<Rated>> {
         let plant = &self.model.problem.plant;
         let is_like = |a: &Candidate, b: &Candidate| a.effect.kind == b.effect.kind && plant.alike(&a.site, &b.site);
         let mut kinds: Vec<&Candidate> = Vec::new();
-        for own in singles.iter().map(|own| &self.screened.rated[own.place].column.candidate) {
+        for own in few.iter().map(|own| &own.column.candidate) {
             if !kinds.iter().any(|known| is_like(known, own)) {
                 kinds.push(own);
             }
         }
+        // sensors fail one by one: a group of them is a set under another name
+        kinds.retain(|kind| kind.site.kind != SiteKind::Sensor);
         let group = |kind: &&Candidate| {
             let like = |rated: &&Rated| is_like(&rated.column.candidate, kind);
             let parts: Vec<&Rated> = self.screened.rated.iter().filter(like).collect();
-            let is_felt = parts.iter().filter(|own| own.log_bayes > 0.0).count() > 1;
-            (parts.len() > 1 && is_felt).then(|| self.set(&parts, bare, true)).flatten()
+            (parts.len() > 1).then(|| self.of_one_size(&parts))
         };
-        // sensors fail one by one: a group of them is a set under another name
-        kinds.retain(|kind| kind.site.kind != SiteKind::Sensor);
-        kinds.iter().filter_map(group).filter(|own| own.log_bayes > best.max(WORTH)).take(GROUPS_MAX).collect()
+        kinds.iter().filter_map(group).collect()
     }
 
-    /// Pairs from the normal equations of all laws, however little one explains alone: the best
-    /// under each noise that explain more than `least` once it is free.
-    fn pairs(&self, bare: f64, least: f64) -> Vec<Proposal> {
-        let few: Vec<&Rated> = self.screened.rated.iter().take(PAIRED_MAX).collect();
+    /// A law at like sites whose amplitudes have a width of prior in common: like machines err
+    /// alike. The first one tells how much, and pays for the law's own width; the others err as
+    /// it does.
+    fn of_one_size(&self, parts: &[&Rated]) -> Vec<Rated> {
+        let sized = |share: f64| {
+            let narrowed = |own: &&Rated| Rated { part: own.part.clone().narrowed(share), ..(*own).clone() };
+            let mut own: Vec<Rated> = parts.iter().map(narrowed).collect();
+            let directions = own[0].column.raw.len() as f64;
+            own[0].part.log_points += libm::log(GROUP_SHARES.len() as f64) - directions * libm::log(share);
+            own
+        };
+        let start = &self.screened.noises[usize::from(parts.iter().any(|own| own.is_stated))];
+        let Some(whole) = self.normal(parts, start) else { return sized(1.0) };
+        let value = |own: &[Rated]| {
+            let laws: Vec<(&Rated, f64)> = own.iter().zip(parts).map(|(own, law)| (own, share_of(own, law))).collect();
+            value_of(&whole, &laws).unwrap_or(f64::NEG_INFINITY)
+        };
+        let all = GROUP_SHARES.map(|share| {
+            let own = sized(share);
+            (value(&own), own)
+        });
+        let best = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(|| sized(1.0), |(_, own)| own)
+    }
+
+    /// Pairs from the normal equations of all laws, at one site and at all like ones, however
+    /// little one explains alone: the best under each noise that explain more than `least` once
+    /// it is free.
+    fn pairs(&self, (single, groups): (&[&Rated], &[Vec<Rated>]), bare: f64, least: f64) -> Vec<Proposal> {
+        let groups = groups.iter().map(|group| group.iter().collect());
+        let few: Vec<Vec<&Rated>> = single.iter().map(|own| vec![*own]).chain(groups).collect();
         let mut known: Vec<[usize; 2]> = Vec::new();
         let mut sets: Vec<Proposal> = Vec::new();
         for noise in &self.screened.noises {
@@ -204,7 +250,7 @@ impl Look<'_> {
             found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             let worthy = found.into_iter().filter(|(log_bayes, _)| *log_bayes > least).map(|(_, pair)| pair);
             let new: Vec<[usize; 2]> = worthy.take(PAIRS_EVALUATED_MAX).filter(|pair| !known.contains(pair)).collect();
-            sets.extend(new.iter().filter_map(|[a, b]| self.set(&[few[*a], few[*b]], bare, false)));
+            sets.extend(new.iter().filter_map(|[a, b]| self.set(&[few[*a].clone(), few[*b].clone()], bare)));
             known.extend(new);
         }
         sets.retain(|own| own.log_bayes > least);
@@ -213,14 +259,24 @@ impl Look<'_> {
         sets
     }
 
-    /// `ln B` of every pair of `few` under one noise.
-    fn ranked(&self, few: &[&Rated], noise: &NoiseModel) -> Option<Vec<(f64, [usize; 2])>> {
-        let (extra, room) = columns_of(few);
+    /// The normal equations of the model with the columns of these laws.
+    fn normal(&self, laws: &[&Rated], noise: &NoiseModel) -> Option<Normal> {
+        let (extra, room) = columns_of(laws);
         let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
-        let linear = Linearly { session: self.session, linearised, theta, extra: &extra, room: &room };
-        let whole = linear.normal(noise)?;
+        Linearly { session: self.session, linearised, theta, extra: &extra, room: &room }.normal(noise)
+    }
+
+    /// `ln B` of every pair of `few` under one noise, of laws that both have none.
+    fn ranked(&self, few: &[Vec<&Rated>], noise: &NoiseModel) -> Option<Vec<(f64, [usize; 2])>> {
+        let mut laws: Vec<&Rated> = Vec::new();
+        for own in few.iter().flatten() {
+            if !laws.iter().any(|known| is_same(known, own)) {
+                laws.push(own);
+            }
+        }
+        let whole = self.normal(&laws, noise)?;
         let mut first = whole.unknowns;
-        let places: Vec<Vec<usize>> = few
+        let places: Vec<Vec<usize>> = laws
             .iter()
             .map(|own| {
                 let own = first..first + own.column.raw.len();
@@ -228,16 +284,39 @@ impl Look<'_> {
                 own.collect()
             })
             .collect();
-        let of = |members: &[usize]| {
-            let kept: Vec<usize> = members.iter().flat_map(|member| places[*member].iter().copied()).collect();
-            let part = part_of(&whole, &kept);
-            let points: f64 = members.iter().map(|member| few[*member].part.log_points).sum();
-            log_marginal(&part, &bounds_of(&part)).map(|value| value - points)
+        let of = |own: &[&Rated]| {
+            let place = |own: &Rated| laws.iter().position(|law| is_same(law, own));
+            let all: Vec<usize> = own.iter().map(|own| place(own)).collect::<Option<_>>()?;
+            let kept: Vec<usize> = all.iter().flat_map(|law| places[*law].iter().copied()).collect();
+            let shares = own.iter().zip(&all).map(|(own, law)| (*own, share_of(own, laws[*law])));
+            value_of(&part_of(&whole, &kept), &shares.collect::<Vec<_>>())
         };
         let bare = of(&[])?;
-        let all = (0..few.len()).flat_map(|a| (a + 1..few.len()).map(move |b| [a, b]));
-        Some(all.filter_map(|pair| Some((of(&pair)? - bare, pair))).collect())
+        let is_apart = |[a, b]: &[usize; 2]| !few[*a].iter().any(|own| few[*b].iter().any(|other| is_same(own, other)));
+        let all = (0..few.len()).flat_map(|a| (a + 1..few.len()).map(move |b| [a, b])).filter(is_apart);
+        let both = |[a, b]: [usize; 2]| [&few[a][..], &few[b]].concat();
+        Some(all.filter_map(|pair| Some((of(&both(pair))? - bare, pair))).collect())
     }
+}
+
+/// Evidence of laws on the normal equations of their columns, whose widths of prior are these
+/// shares of those in the equations.
+fn value_of(whole: &Normal, laws: &[(&Rated, f64)]) -> Option<f64> {
+    let shares = laws.iter().flat_map(|(own, share)| own.column.raw.iter().map(|_| *share));
+    let own = narrowed(whole, &shares.collect::<Vec<_>>());
+    let points: f64 = laws.iter().map(|(own, _)| own.part.log_points).sum();
+    log_marginal(&own, &bounds_of(&own)).map(|value| value - points)
+}
+
+/// The width of prior of a law over that of the same law in another one's units.
+fn share_of(own: &Rated, law: &Rated) -> f64 {
+    own.part.scale / law.part.scale
+}
+
+/// One law at one site.
+fn is_same(a: &Rated, b: &Rated) -> bool {
+    let [a, b] = [a, b].map(|own| &own.column.candidate);
+    a.effect.kind == b.effect.kind && a.site == b.site
 }
 
 /// Columns per standard deviation of their priors, and their room.

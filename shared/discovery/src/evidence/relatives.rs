@@ -6,6 +6,7 @@ use super::propose::{Look, Proposal};
 use super::screen::Rated;
 use crate::score::Candidate;
 use crate::unknown_law::site_of_input;
+use dynamics::description::{Site, SiteKind};
 
 /// Fits of each kind. Budgets.
 const KIN_MAX: usize = 4;
@@ -30,7 +31,7 @@ impl Look<'_> {
         let laws: Vec<&Candidate> = fitted.iter().take(REPEATING_MAX).map(first).collect();
         let of = |law: &&Candidate| {
             let same = self.screened.elsewhere.iter().filter(|own| own.column.candidate.same_law(law));
-            same.take(PEAKS_MAX).filter_map(|rated| self.set(&[rated], bare, false)).collect::<Vec<_>>()
+            same.take(PEAKS_MAX).filter_map(|rated| self.alone(rated, bare)).collect::<Vec<_>>()
         };
         laws.iter().flat_map(of).collect()
     }
@@ -50,24 +51,33 @@ impl Look<'_> {
                 let Some(place) = self.screened.rated.iter().position(is_it) else { continue };
                 if !known.contains(&place) {
                     known.push(place);
-                    list.extend(self.set(&[&self.screened.rated[place]], bare, false));
+                    list.extend(self.alone(&self.screened.rated[place], bare));
                 }
             }
         }
         list
     }
 
-    /// Laws of the leader's family at its site that are not worth a fit by themselves: those that
-    /// it is confused with most, so that its weight is one among them.
+    /// Laws of the leader's family at its site, or at the joint that carries its body, that are not
+    /// worth a fit by themselves: those that it is confused with most, so that its weight is one
+    /// among them.
     fn kin(&self, fitted: &[usize], bare: f64) -> Vec<Proposal> {
         let Some(leader) = fitted.first() else { return Vec::new() };
         let own = &self.screened.rated[*leader].column.candidate;
+        let plant = &self.model.problem.plant;
+        let is_near = |other: &Site| {
+            let carries = |joint: &Site, body: &Site| {
+                let (is_joint, is_body) = (joint.kind == SiteKind::Joint, body.kind == SiteKind::Body);
+                is_joint && is_body && plant.bodies.iter().any(|b| b.name == body.name && b.joint.name == joint.name)
+            };
+            *other == own.site || carries(other, &own.site) || carries(&own.site, other)
+        };
         let is_kin = |(place, rated): &(usize, &Rated)| {
             let other = &rated.column.candidate;
-            !fitted.contains(place) && other.effect.family == own.effect.family && other.site == own.site
+            !fitted.contains(place) && other.effect.family == own.effect.family && is_near(&other.site)
         };
         let all = self.screened.rated.iter().enumerate().filter(is_kin).take(KIN_MAX);
-        all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
+        all.filter_map(|(_, rated)| self.alone(rated, bare)).collect()
     }
 
     /// Where an unspecified disturbance has taken up something, the one-parameter law of each

@@ -27,8 +27,9 @@ use crate::outline::{FITTED_SET_ROUNDS, Outline};
 use identification::fit::EstimationSession;
 use std::collections::BTreeSet;
 
-/// Models that are expanded at most. A budget.
-const EXPANSIONS_MAX: usize = 8;
+/// Models that are expanded at most. A budget: twice the models that are kept, so that the leader
+/// of a short recording does not hang on the order in which they are met.
+const EXPANSIONS_MAX: usize = 16;
 /// Members that a leader loses at the end of a search. A budget.
 const SHRINKINGS_MAX: usize = 4;
 /// Parts of a step of integration at most, and change of an evidence from which steps are halved:
@@ -181,7 +182,7 @@ impl Pool {
         let is_done = self.fit(ground, &joined, (model, &noise), contained, options);
         // the set, not its laws: what else is missing turns the estimate of a right law
         if let Some(entry) = self.entries.get(before).filter(|entry| entry.rejected) {
-            self.open.push(Open { what: entry.model.key(), why: "held-out data reject it" });
+            self.open.push(Open { what: entry.model.key(), why: "held-out data reject this set" });
         }
         is_done
     }

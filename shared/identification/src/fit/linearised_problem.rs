@@ -32,10 +32,10 @@ const SPREAD_LEAST: usize = 100_000;
 /// First step of the differences [prior standard deviations].
 const STEP_PRIOR: f64 = 1e-3;
 /// Change of the innovations [standard deviations of the sensors, over all samples] that a step
-/// aims at, and beyond which it is taken again. Where the sensitivity turns by b per prior standard
-/// deviation, a change of c leaves an error of b c/2 in it: information b²c²/4 about unknowns that
-/// the recording cannot tell apart, beside one of their priors. Signs of dry friction have b of ten:
-/// 0.02 where a step is taken again, a quarter at most.
+/// aims at, and beyond which it is taken again. Where the sensitivity turns by b per prior
+/// standard deviation, a change of c leaves an error of b c/2 in it: information b²c²/4 about
+/// unknowns that the recording cannot tell apart, beside one of their priors. Signs of dry
+/// friction have b of ten: 0.02 where a step is taken again, a quarter at most.
 const CHANGE_SIGMA: f64 = 0.03;
 const CHANGE_SIGMA_MAX: f64 = 0.1;
 /// A step that the plant does not survive is shortened by this.

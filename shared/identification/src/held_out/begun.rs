@@ -14,7 +14,7 @@ const OWN_ROUNDS: usize = 3;
 /// with the state that the free run of the first stretch begins in. `None` where the recording does
 /// not tell: no sensor of the plant in it, several segments, or a plant that does not survive it.
 ///
-/// Cost: a fit of the recording's own numbers.
+/// Cost: a fit of the recording's own parameters.
 pub fn begun(plant: &Plant, recording: &Recording, threads: usize) -> Option<Plant> {
     if !plant.segments.is_empty() {
         return None;

@@ -76,8 +76,8 @@ fn first_stretch(timeline: &Timeline) -> usize {
     ((events as f64 * FIRST_SHARE) as usize).clamp(events.min(8), FIRST_EVENTS_MAX.max(8)).min(events)
 }
 
-/// The state that a run begins in, as the free run of its first stretch has it, and the system whose
-/// state it is.
+/// The state that a run begins in, as the free run of its first stretch has it, and the system
+/// whose state it is.
 pub(super) fn initial_state(
     session: &EstimationSession<'_>,
     predictor: Predictor<'_>,

@@ -1,12 +1,11 @@
 //! The third sentence: a command, a file, or the data that would decide.
 
-use super::{Diagnosed, Noise, limited, most_shifted, supported, unit};
+use super::{Diagnosed, Noise, most_shifted, supported};
 use crate::diagnose::paragraph::not_found;
 use discovery::diagnose::Verdict;
 use discovery::mislabelled::{Mislabelled, Mistake};
 use dynamics::description::{self, Plant};
 use identification::held_out::Status;
-use report::text::short;
 
 /// What to do next.
 pub fn step(diagnosed: &Diagnosed) -> String {
@@ -130,13 +129,8 @@ fn undecided(diagnosed: &Diagnosed) -> String {
 /// The plant as it is, and the effect that could hide.
 fn as_it_is(diagnosed: &Diagnosed) -> String {
     let plant = &diagnosed.case.plant_file;
-    match not_found(&diagnosed.diagnosis).first() {
-        Some(limit) => format!(
-            "use {plant} as it is, or excite it more: {} below {}{} stays hidden here",
-            limited(&limit.kind, &limit.site),
-            short(limit.amplitude),
-            unit(&limit.unit)
-        ),
-        None => format!("use {plant} as it is"),
+    match not_found(&diagnosed.diagnosis).is_empty() {
+        true => format!("use {plant} as it is"),
+        false => format!("use {plant} as it is; `--json` lists as detection_limits what could stay hidden"),
     }
 }

@@ -78,13 +78,14 @@ impl Shown<'_> {
     }
 
     /// Names outside the leading model, with the weight of the models that hold them and lack
-    /// `name`.
+    /// `name`, be it as a limit.
     pub(super) fn rivals(&self, name: usize) -> Vec<Rival> {
         let holds = |model: &Weighted, name: usize| model.members.iter().any(|(_, own)| *own == name);
         let leading = &self.models[self.decision.leader];
         let mut list = Vec::new();
         for (other, text) in self.names.iter().enumerate().filter(|(other, _)| !holds(leading, *other)) {
-            let own = self.models.iter().filter(|model| holds(model, other) && !holds(model, name));
+            let is_apart = |model: &&Weighted| !holds(model, name) && !model.contains.contains(&name);
+            let own = self.models.iter().filter(|model| holds(model, other)).filter(is_apart);
             let weight: f64 = own.map(|model| model.weight).sum();
             let Some((kind, site)) = text.split_once('@').filter(|_| weight > REPORTED) else { continue };
             list.push(Rival {

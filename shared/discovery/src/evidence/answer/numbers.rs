@@ -13,7 +13,7 @@ use identification::problem::Unknown;
 impl Shown<'_> {
     pub(super) fn nominal(&self) -> Vec<Nominal> {
         let before = &self.bare().model;
-        let moves = self.has_effects() || self.verdict() == Verdict::ParameterConflict;
+        let moves = self.has_effects() || matches!(self.verdict(), Verdict::ParameterConflict | Verdict::InputTiming);
         let after = if moves { &self.leader().model } else { before };
         let is_new = |own: &&Unknown| {
             let known = before.problem.unknowns.iter().any(|other| other.name == own.name);

@@ -12,8 +12,8 @@ const INSTEAD: f64 = 0.05;
 impl Shown<'_> {
     pub(super) fn reason(&self) -> String {
         let leader = &self.leader().model;
-        let later = |shift: f64| leader.key().replace(SHIFTED_INPUTS, &format!("inputs later by {shift} samples"));
-        let key = shift_of(&leader.set).map_or_else(|| leader.key(), later);
+        let moved = |shift: f64| leader.key().replace(SHIFTED_INPUTS, &shifted_inputs(shift));
+        let key = shift_of(&leader.set).map_or_else(|| leader.key(), moved);
         let odds = self.pool.log_odds(self.decision.leader);
         let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
         let reason = match self.verdict() {
@@ -48,10 +48,7 @@ impl Shown<'_> {
                 format!("{key}: {odds:.1} nats ahead of the number as the file states it{}", self.doubt())
             }
             Verdict::InputTiming => {
-                format!(
-                    "{key} (half a sample earlier: linear between stamps): {odds:.1} nats ahead of inputs held from their stamps{}",
-                    self.doubt()
-                )
+                format!("{key}: {odds:.1} nats ahead of inputs held from their stamps{}", self.doubt())
             }
             Verdict::NoiseModel => {
                 let beside = if self.doubt().is_empty() { "; no physics is missing beside it" } else { "" };
@@ -97,7 +94,10 @@ impl Shown<'_> {
         let felt = self.compared.as_ref().filter(|compared| compared.relevance().is_some());
         felt.map_or(String::new(), |compared| {
             let share = 100.0 * compared.remains();
-            format!("; what the plant misses is {share:.2} % of the signal over {:.3} s", compared.window_s)
+            format!(
+                "; free runs of {:.3} s miss {share:.2} % of the signal beyond what noise explains",
+                compared.window_s
+            )
         })
     }
 
@@ -131,4 +131,11 @@ impl Shown<'_> {
         });
         sensors.chain(inputs).chain(unstated).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// `inputs 0.5 samples earlier than they are stamped, as linear ones between stamps are`.
+fn shifted_inputs(shift_samples: f64) -> String {
+    let way = if shift_samples < 0.0 { "earlier" } else { "later" };
+    let linear = if (shift_samples + 0.5).abs() < 0.05 { ", as linear ones between stamps are" } else { "" };
+    format!("inputs {:.2} samples {way} than they are stamped{linear}", shift_samples.abs())
 }

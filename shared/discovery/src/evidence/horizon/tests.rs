@@ -80,3 +80,34 @@ fn what_a_parameter_gives_a_distance_is_what_the_plant_gives_that_has_it_moved()
         }
     }
 }
+
+/// One channel over one window, of distances whose variance grows as that of a sum of white noise.
+fn drifting(residual: Vec<f64>) -> Horizons {
+    let samples = (0..residual.len()).map(|k| Sample { site: 0, t_s: 0.1 * k as f64 }).collect();
+    let variance = (1..=residual.len()).map(|k| k as f64).collect();
+    let duration_s = 0.1 * residual.len() as f64;
+    let lengths = vec![Length { window: residual.len(), window_s: duration_s, residual, variance }];
+    let (sites, spread, white) = (vec!["angle".to_owned()], vec![1.0], vec![0.0]);
+    Horizons { samples, sites, spread, white, lengths, block_s: 2.0, duration_s }
+}
+
+#[test]
+fn a_drift_that_noise_explains_makes_no_model_worse_and_one_that_it_does_not_explain_does() {
+    let worse = |size: f64| {
+        let is_worse = |seed: u64| {
+            let walk: Vec<f64> = Noise::new(seed)
+                .series(SAMPLES, 1.0)
+                .iter()
+                .scan(0.0, |sum, step| {
+                    *sum += step;
+                    Some(*sum)
+                })
+                .collect();
+            let of = |size: f64| drifting(walk.iter().map(|own| size * own).collect());
+            of(size).beside(&of(0.5 * size)).unwrap().sites[0].is_worse
+        };
+        (0..40).filter(|seed| is_worse(*seed)).count()
+    };
+    let (explained, unexplained) = (worse(1.0), worse(30.0));
+    assert!(explained <= 4 && unexplained >= 30, "{explained} {unexplained}");
+}

@@ -86,3 +86,24 @@ fn the_logarithm_of_a_mass_keeps_its_digits_far_out() {
     assert!((log_mass(f64::NEG_INFINITY, -40.0) - far).abs() < 1e-3);
     assert!((log_mass(3.0, f64::INFINITY) - log_mass(f64::NEG_INFINITY, -3.0)).abs() < 1e-15);
 }
+
+/// Like amplitudes that err little: a width of prior that they have in common costs each of them
+/// less than the width of what one could be.
+#[test]
+fn a_narrower_prior_is_the_same_likelihood_under_that_prior() {
+    let likelihood = |width: f64| {
+        let scales = [1.0, width, width];
+        let curvature = DMatrix::from_row_slice(3, 3, &[2.0, 0.3, 0.1, 0.3, 900.0, 5.0, 0.1, 5.0, 700.0]);
+        let matrix =
+            DMatrix::from_fn(3, 3, |i, j| scales[i] * scales[j] * curvature[(i, j)] + if i == j { 1.0 } else { 0.0 });
+        let right = [0.4, 300.0 * width, -250.0 * width];
+        let room = scales.map(|scale| [-2.0 / scale, 2.0 / scale]).to_vec();
+        Normal { unknowns: 1, room, ..normal(matrix, &right) }
+    };
+    let (given, found) = (likelihood(0.1), narrowed(&likelihood(1.0), &[0.1, 0.1]));
+    assert!((&given.matrix - &found.matrix).amax() < 1e-12 && (&given.right - &found.right).amax() < 1e-12);
+    assert!(given.room.iter().flatten().zip(found.room.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-12));
+    // amplitudes of a third of the width
+    let of = |width| log_marginal(&likelihood(width), &[]).unwrap();
+    assert!(of(0.4) > of(4.0) && of(0.4) > of(0.04), "{} {} {}", of(4.0), of(0.4), of(0.04));
+}
