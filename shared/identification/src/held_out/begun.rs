@@ -12,7 +12,7 @@ const OWN_ROUNDS: usize = 3;
 
 /// `plant` with its numbers of single recordings fitted to `recording`, all others as they are, and
 /// with the state that the free run of the first stretch begins in. `None` where the recording does
-/// not tell: no sensor of the plant in it, several segments, or a plant that does not survive it.
+/// not tell it (no sensor of the plant is in it), or the plant has segments or does not survive it.
 ///
 /// Cost: a fit of the recording's own parameters.
 pub fn begun(plant: &Plant, recording: &Recording, threads: usize) -> Option<Plant> {
